@@ -1,0 +1,81 @@
+"""Exceptions of the package; every one derives from `NhtrackError`."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+
+class NhtrackError(Exception):
+    """Root of every error the package raises on purpose."""
+
+
+class RobotError(NhtrackError):
+    """A robot model that cannot be driven as a differential-drive robot."""
+
+
+class RecordingError(NhtrackError):
+    """A recording that cannot be read or lacks what was asked of it."""
+
+
+class RenderError(NhtrackError):
+    """A picture or film that cannot be made, with what is missing."""
+
+
+class SimulationDiverged(NhtrackError):
+    """A simulation left the region where its numbers mean anything.
+
+    Attributes:
+        robot: name of the first robot it happened to.
+        time: simulated time on the robot's clock [s].
+        reason: what happened, in words.
+        batch: index of the simulation in its batch.
+    """
+
+    def __init__(self, reason: str, robot: str, time: float, batch: int = 0) -> None:
+        self.reason, self.robot, self.time, self.batch = reason, robot, time, batch
+        super().__init__(f"{reason}: robot {robot!r} at t = {time:.3f} s (simulation {batch})")
+
+
+@dataclass(frozen=True, order=True)
+class Fault:
+    """One thing wrong in one place of a scenario file.
+
+    Attributes:
+        line: one-based line, 0 where the fault concerns the whole file.
+        column: one-based column.
+        key: dotted path of the key, such as `followers[0].start.pose`.
+        message: what was given, what was expected, what is available.
+    """
+
+    line: int
+    column: int
+    key: str
+    message: str
+
+
+class ScenarioError(NhtrackError):
+    """Everything wrong with a scenario, one line a fault, all of them at once.
+
+    Attributes:
+        source: the file, or a word for text that came from elsewhere.
+        faults: the faults, in the order of the file.
+    """
+
+    def __init__(self, source: str | Path, faults: Sequence[Fault]) -> None:
+        self.source, self.faults = str(source), tuple(sorted(faults))
+        super().__init__("\n".join(self._line(fault) for fault in self.faults))
+
+    def _line(self, fault: Fault) -> str:
+        where = f"{self.source}:{fault.line}:{fault.column}" if fault.line else self.source
+        return f"{where}: {fault.key}: {fault.message}" if fault.key else f"{where}: {fault.message}"
+
+
+def did_you_mean(given: str, available: Iterable[str]) -> str:
+    """Returns a clause naming the nearest available name and all of them, for an error message."""
+    names = [str(name) for name in available]
+    nearest = difflib.get_close_matches(given, names, n=1, cutoff=0.5)
+    hint = f"did you mean {nearest[0]!r}? " if nearest else ""
+    return f"{hint}available: {', '.join(names) if names else 'none'}"

@@ -1,0 +1,231 @@
+"""What a run leaves behind: an xarray Dataset with units, saved as one netCDF-4 file.
+
+All quantities are in robot units (SI, radians). Attributes carry the similarity factors that map them back to the
+scenario's own units, the resolved scenario, seed, versions and the hash of the compiled model.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import tempfile
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from nhtrack.errors import RecordingError
+
+FORMAT_VERSION = 1
+
+COMPONENTS: dict[str, tuple[str, ...]] = {
+    "pose_component": ("x", "y", "theta"),
+    "twist_component": ("v_x", "v_y", "omega"),
+    "input_component": ("u_x", "u_theta"),
+    "wheel": ("left", "right"),
+}
+
+
+@dataclass(frozen=True)
+class Variable:
+    """A recorded quantity: its dimensions after (time, robot), its unit, and what it means."""
+
+    dims: tuple[str, ...]
+    units: str
+    long_name: str
+
+
+_POSE, _TWIST, _INPUT, _WHEEL = (("pose_component",), ("twist_component",), ("input_component",), ("wheel",))
+
+VARIABLES: dict[str, Variable] = {
+    "pose": Variable(_POSE, "m, m, rad", "pose of the axle midpoint in the world, heading unwrapped"),
+    "twist": Variable(_TWIST, "m/s, m/s, rad/s", "body twist of the axle midpoint"),
+    "input": Variable(_INPUT, "m/s^2, rad/s^2", "commanded accelerations, held over the period that begins at this time"),
+    "leader_pose": Variable(_POSE, "m, m, rad", "pose each follower was told to track (NaN for the root)"),
+    "leader_twist": Variable(_TWIST, "m/s, m/s, rad/s", "twist each follower was told to track (NaN for the root)"),
+    "error": Variable(_POSE, "m, m, rad", "follower's pose seen from what it tracks, heading taken to (-pi, pi] (NaN for the root)"),
+    "ideal_pose": Variable(_POSE, "m, m, rad", "pose of the ideal twin: same scenario and sampled law on the ideal integrator"),
+    "wheel_torque": Variable(_WHEEL, "N m", "torque of the wheel motors, after limits, mean over the period that ends at this time"),
+    "wheel_torque_demand": Variable(_WHEEL, "N m", "torque the compensation asked for before limits, of largest magnitude in that period"),
+    "wheel_speed": Variable(_WHEEL, "rad/s", "spin of the wheels relative to the chassis"),
+    "wheel_load": Variable(_WHEEL, "N", "normal force between wheel and floor"),
+    "longitudinal_slip": Variable(_WHEEL, "m/s", "rolling-direction velocity of the contact point, v_x -+ b omega - r wheel_speed"),
+    "lateral_slip": Variable((), "m/s", "sideways velocity of the axle, v_y"),
+    "friction_utilisation": Variable(_WHEEL, "1", "hypot(f_long, f_lat)/(mu N), largest in the period that ends at this time"),
+    "friction_utilisation_predicted": Variable(_WHEEL, "1", "the same from the reduced model with quasi-static loads"),
+    "tilt": Variable((), "rad", "angle between the robot's vertical axis and the world's"),
+}  # fmt: skip
+
+
+class Recording:
+    """A finished (or interrupted) run.
+
+    Attributes:
+        dataset: xarray Dataset with dims `time`, `robot` and named components (`VARIABLES`), plus `qpos` (time, nq) where
+            MuJoCo ran. Variables carry `units` and `long_name`.
+    """
+
+    def __init__(self, dataset: xr.Dataset) -> None:
+        self.dataset = dataset
+
+    def __getitem__(self, name: str) -> xr.DataArray:
+        """Returns one recorded variable, with its coordinates and units.
+
+        Raises:
+            RecordingError: the recording has no such variable; the message lists those it has.
+        """
+        if name not in self.dataset:
+            raise RecordingError(f"no variable {name!r} in this recording; it has {', '.join(self.dataset.data_vars)}")
+        return self.dataset[name]
+
+    def __repr__(self) -> str:
+        """Returns a one-line account of the run."""
+        last = float(self.time[-1]) if self.time.size else 0.0
+        return f"Recording({self.name!r}, {len(self.robots)} robots, {last:.4g} s, backend={self.backend!r})"
+
+    @property
+    def time(self) -> np.ndarray:
+        """Times on the robot's clock [s], shape (time,)."""
+        return np.asarray(self.dataset["time"].values)
+
+    @property
+    def robots(self) -> tuple[str, ...]:
+        """Names of the robots, root first."""
+        return tuple(str(name) for name in self.dataset["robot"].values)
+
+    @property
+    def parents(self) -> dict[str, tuple[str, ...]]:
+        """Parents of every robot by name; the root has none."""
+        return {name: tuple(parents) for name, parents in json.loads(self.dataset.attrs["parents"]).items()}
+
+    @property
+    def followers(self) -> tuple[str, ...]:
+        """Names of the robots that have parents."""
+        return tuple(name for name in self.robots if self.parents[name])
+
+    @property
+    def name(self) -> str:
+        """Name of the scenario."""
+        return str(self.dataset.attrs["name"])
+
+    @property
+    def backend(self) -> str:
+        """What moved the robots: `mujoco` or `ideal`."""
+        return str(self.dataset.attrs["backend"])
+
+    @property
+    def length_scale(self) -> float:
+        """Robot metres per scenario length unit."""
+        return float(self.dataset.attrs["length_scale"])
+
+    @property
+    def time_scale(self) -> float:
+        """Robot seconds per scenario time unit."""
+        return float(self.dataset.attrs["time_scale"])
+
+    @property
+    def outcome(self) -> str:
+        """`completed`, `interrupted`, or `diverged: <why>`."""
+        return str(self.dataset.attrs["outcome"])
+
+    @property
+    def scenario(self) -> dict[str, Any]:
+        """The resolved scenario as a tree."""
+        tree = json.loads(self.dataset.attrs["scenario"])
+        return dict(tree)
+
+    @property
+    def versions(self) -> dict[str, str]:
+        """Versions of the package, of Python and of the libraries that moved the numbers."""
+        return dict(json.loads(self.dataset.attrs["versions"]))
+
+    def save(self, path: str | Path) -> Path:
+        """Writes the recording as netCDF-4; the file appears under its name only once it is whole."""
+        target = Path(path)
+        with atomic_path(target) as temporary:
+            encoding = {name: {"zlib": True, "complevel": 4} for name in self.dataset.data_vars if self.dataset[name].size}
+            self.dataset.to_netcdf(temporary, engine="h5netcdf", encoding=encoding)
+        return target
+
+    @classmethod
+    def load(cls, path: str | Path) -> Recording:
+        """Reads a recording.
+
+        Raises:
+            RecordingError: no such file, not a recording, or written by a newer version of the format.
+        """
+        source = Path(path)
+        if not source.is_file():
+            raise RecordingError(f"{source}: no such recording")
+        try:
+            dataset = xr.load_dataset(source, engine="h5netcdf")
+        except (OSError, ValueError) as error:
+            raise RecordingError(f"{source}: not a recording ({error})") from error
+        version = int(dataset.attrs.get("format_version", 0))
+        if not 1 <= version <= FORMAT_VERSION:
+            raise RecordingError(f"{source}: recording format {version}; this version reads 1 to {FORMAT_VERSION}")
+        return cls(dataset)
+
+
+class atomic_path:  # noqa: N801 - reads as a function in a with statement
+    """Context manager: yields a temporary path beside the target and renames it on success, removes it on failure."""
+
+    def __init__(self, target: Path) -> None:
+        self._target = target
+
+    def __enter__(self) -> Path:
+        self._target.parent.mkdir(parents=True, exist_ok=True)
+        handle, name = tempfile.mkstemp(dir=self._target.parent, prefix=f".{self._target.stem}-", suffix=self._target.suffix)
+        os.close(handle)
+        self._temporary = Path(name)
+        return self._temporary
+
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
+        if kind is None:
+            umask = os.umask(0)
+            os.umask(umask)
+            self._temporary.chmod(0o666 & ~umask)  # mkstemp makes files private; a result is an ordinary file
+            os.replace(self._temporary, self._target)
+        else:
+            self._temporary.unlink(missing_ok=True)
+
+
+def make_recording(
+    time: np.ndarray,
+    robots: tuple[str, ...],
+    variables: Mapping[str, np.ndarray],
+    attributes: Mapping[str, Any],
+    qpos: np.ndarray | None = None,
+) -> Recording:
+    """Returns a recording built from plain arrays.
+
+    Args:
+        time: times [s], shape (t,).
+        robots: the robots' names, shape n.
+        variables: arrays of shape (t, n, ...) by the names of `VARIABLES`.
+        attributes: strings and numbers to store; nested values are stored as JSON.
+        qpos: MuJoCo's configuration, shape (t, nq), or None.
+
+    Raises:
+        RecordingError: a name that `VARIABLES` does not know.
+    """
+    unknown = sorted(set(variables) - set(VARIABLES))
+    if unknown:
+        raise RecordingError(f"unknown variables {unknown}; known: {', '.join(VARIABLES)}")
+    data: dict[str, Any] = {}
+    for name, values in variables.items():
+        spec = VARIABLES[name]
+        data[name] = (("time", "robot", *spec.dims), values, {"units": spec.units, "long_name": spec.long_name})
+    if qpos is not None:
+        data["qpos"] = (("time", "coordinate"), qpos, {"units": "m, rad or 1", "long_name": "MuJoCo configuration"})
+    coordinates: dict[str, Any] = {
+        "time": ("time", time, {"units": "s", "long_name": "time on the robot's clock"}),
+        "robot": ("robot", np.array(robots, dtype=object)),
+    }
+    used = {dim for name in variables for dim in VARIABLES[name].dims}
+    coordinates |= {dim: np.array(labels, dtype=object) for dim, labels in COMPONENTS.items() if dim in used}
+    plain = {key: value if isinstance(value, (str, int, float)) else json.dumps(value) for key, value in attributes.items()}
+    return Recording(xr.Dataset(data, coordinates, {"format_version": FORMAT_VERSION} | plain))
