@@ -1,7 +1,7 @@
 """What a run leaves behind: an xarray Dataset with units, saved as one netCDF-4 file.
 
-All quantities are in robot units (SI, radians). Attributes carry the similarity factors that map them back to the
-scenario's own units, the resolved scenario, seed, versions and the hash of the compiled model.
+All quantities are in robot units (SI, radians). Attributes carry the similarity factors that map them back to
+the scenario's own units, the resolved scenario, seed, versions and the hash of the compiled model.
 """
 
 from __future__ import annotations
@@ -41,22 +41,41 @@ class Variable:
 _POSE, _TWIST, _INPUT, _WHEEL = (("pose_component",), ("twist_component",), ("input_component",), ("wheel",))
 
 VARIABLES: dict[str, Variable] = {
-    "pose": Variable(_POSE, "m, m, rad", "pose of the axle midpoint in the world, heading unwrapped"),
-    "twist": Variable(_TWIST, "m/s, m/s, rad/s", "body twist of the axle midpoint"),
-    "input": Variable(_INPUT, "m/s^2, rad/s^2", "commanded accelerations, held over the period that begins at this time"),
-    "leader_pose": Variable(_POSE, "m, m, rad", "pose each follower was told to track (NaN for the root)"),
-    "leader_twist": Variable(_TWIST, "m/s, m/s, rad/s", "twist each follower was told to track (NaN for the root)"),
-    "error": Variable(_POSE, "m, m, rad", "follower's pose seen from what it tracks, heading taken to (-pi, pi] (NaN for the root)"),
-    "ideal_pose": Variable(_POSE, "m, m, rad", "pose of the ideal twin: same scenario and sampled law on the ideal integrator"),
-    "wheel_torque": Variable(_WHEEL, "N m", "torque of the wheel motors, after limits, mean over the period that ends at this time"),
-    "wheel_torque_demand": Variable(_WHEEL, "N m", "torque the compensation asked for before limits, of largest magnitude in that period"),
-    "wheel_speed": Variable(_WHEEL, "rad/s", "spin of the wheels relative to the chassis"),
-    "wheel_load": Variable(_WHEEL, "N", "normal force between wheel and floor"),
-    "longitudinal_slip": Variable(_WHEEL, "m/s", "rolling-direction velocity of the contact point, v_x -+ b omega - r wheel_speed"),
-    "lateral_slip": Variable((), "m/s", "sideways velocity of the axle, v_y"),
-    "friction_utilisation": Variable(_WHEEL, "1", "hypot(f_long, f_lat)/(mu N), largest in the period that ends at this time"),
-    "friction_utilisation_predicted": Variable(_WHEEL, "1", "the same from the reduced model with quasi-static loads"),
-    "tilt": Variable((), "rad", "angle between the robot's vertical axis and the world's"),
+    "pose": Variable(
+        _POSE, "m, m, rad", "pose of the axle midpoint in the world, heading unwrapped"),
+    "twist": Variable(
+        _TWIST, "m/s, m/s, rad/s", "body twist of the axle midpoint"),
+    "input": Variable(
+        _INPUT, "m/s^2, rad/s^2", "commanded accelerations, held over the period that begins at this time"),
+    "leader_pose": Variable(
+        _POSE, "m, m, rad", "pose each follower was told to track (NaN for the root)"),
+    "leader_twist": Variable(
+        _TWIST, "m/s, m/s, rad/s", "twist each follower was told to track (NaN for the root)"),
+    "error": Variable(
+        _POSE, "m, m, rad",
+        "follower's pose seen from what it tracks, heading taken to (-pi, pi] (NaN for the root)"),
+    "ideal_pose": Variable(
+        _POSE, "m, m, rad", "pose of the ideal twin: same scenario and sampled law on the ideal integrator"),
+    "wheel_torque": Variable(
+        _WHEEL, "N m",
+        "torque of the wheel motors, after limits, mean over the period that ends at this time"),
+    "wheel_torque_demand": Variable(
+        _WHEEL, "N m",
+        "torque the compensation asked for before limits, of largest magnitude in that period"),
+    "wheel_speed": Variable(
+        _WHEEL, "rad/s", "spin of the wheels relative to the chassis"),
+    "wheel_load": Variable(
+        _WHEEL, "N", "normal force between wheel and floor"),
+    "longitudinal_slip": Variable(
+        _WHEEL, "m/s", "rolling-direction velocity of the contact point, v_x -+ b omega - r wheel_speed"),
+    "lateral_slip": Variable(
+        (), "m/s", "sideways velocity of the axle, v_y"),
+    "friction_utilisation": Variable(
+        _WHEEL, "1", "hypot(f_long, f_lat)/(mu N), largest in the period that ends at this time"),
+    "friction_utilisation_predicted": Variable(
+        _WHEEL, "1", "the same from the reduced model with quasi-static loads"),
+    "tilt": Variable(
+        (), "rad", "angle between the robot's vertical axis and the world's"),
 }  # fmt: skip
 
 
@@ -64,8 +83,8 @@ class Recording:
     """A finished (or interrupted) run.
 
     Attributes:
-        dataset: xarray Dataset with dims `time`, `robot` and named components (`VARIABLES`), plus `qpos` (time, nq) where
-            MuJoCo ran. Variables carry `units` and `long_name`.
+        dataset: xarray Dataset with dims `time`, `robot` and named components (`VARIABLES`), plus `qpos`
+            (time, nq) where MuJoCo ran. Variables carry `units` and `long_name`.
     """
 
     def __init__(self, dataset: xr.Dataset) -> None:
@@ -78,7 +97,8 @@ class Recording:
             RecordingError: the recording has no such variable; the message lists those it has.
         """
         if name not in self.dataset:
-            raise RecordingError(f"no variable {name!r} in this recording; it has {', '.join(self.dataset.data_vars)}")
+            held = ", ".join(str(held) for held in self.dataset.data_vars)
+            raise RecordingError(f"no variable {name!r} in this recording; it has {held}")
         return self.dataset[name]
 
     def __repr__(self) -> str:
@@ -146,7 +166,8 @@ class Recording:
         """Writes the recording as netCDF-4; the file appears under its name only once it is whole."""
         target = Path(path)
         with atomic_path(target) as temporary:
-            encoding = {name: {"zlib": True, "complevel": 4} for name in self.dataset.data_vars if self.dataset[name].size}
+            data = self.dataset.data_vars
+            encoding = {name: {"zlib": True, "complevel": 4} for name in data if data[name].size}
             self.dataset.to_netcdf(temporary, engine="h5netcdf", encoding=encoding)
         return target
 
@@ -166,19 +187,27 @@ class Recording:
             raise RecordingError(f"{source}: not a recording ({error})") from error
         version = int(dataset.attrs.get("format_version", 0))
         if not 1 <= version <= FORMAT_VERSION:
-            raise RecordingError(f"{source}: recording format {version}; this version reads 1 to {FORMAT_VERSION}")
+            raise RecordingError(
+                f"{source}: recording format {version}; this version reads 1 to {FORMAT_VERSION}"
+            )
         return cls(dataset)
 
 
 class atomic_path:  # noqa: N801 - reads as a function in a with statement
-    """Context manager: yields a temporary path beside the target and renames it on success, removes it on failure."""
+    """Context manager that yields a temporary path beside the target.
+
+    On success the file takes the target's name in one step; on failure it is removed and the target is as it
+    was.
+    """
 
     def __init__(self, target: Path) -> None:
         self._target = target
 
     def __enter__(self) -> Path:
         self._target.parent.mkdir(parents=True, exist_ok=True)
-        handle, name = tempfile.mkstemp(dir=self._target.parent, prefix=f".{self._target.stem}-", suffix=self._target.suffix)
+        handle, name = tempfile.mkstemp(
+            dir=self._target.parent, prefix=f".{self._target.stem}-", suffix=self._target.suffix
+        )
         os.close(handle)
         self._temporary = Path(name)
         return self._temporary
@@ -218,14 +247,19 @@ def make_recording(
     data: dict[str, Any] = {}
     for name, values in variables.items():
         spec = VARIABLES[name]
-        data[name] = (("time", "robot", *spec.dims), values, {"units": spec.units, "long_name": spec.long_name})
+        meaning = {"units": spec.units, "long_name": spec.long_name}
+        data[name] = (("time", "robot", *spec.dims), values, meaning)
     if qpos is not None:
-        data["qpos"] = (("time", "coordinate"), qpos, {"units": "m, rad or 1", "long_name": "MuJoCo configuration"})
+        meaning = {"units": "m, rad or 1", "long_name": "MuJoCo configuration"}
+        data["qpos"] = (("time", "coordinate"), qpos, meaning)
     coordinates: dict[str, Any] = {
         "time": ("time", time, {"units": "s", "long_name": "time on the robot's clock"}),
         "robot": ("robot", np.array(robots, dtype=object)),
     }
     used = {dim for name in variables for dim in VARIABLES[name].dims}
     coordinates |= {dim: np.array(labels, dtype=object) for dim, labels in COMPONENTS.items() if dim in used}
-    plain = {key: value if isinstance(value, (str, int, float)) else json.dumps(value) for key, value in attributes.items()}
+    plain = {
+        key: value if isinstance(value, (str, int, float)) else json.dumps(value)
+        for key, value in attributes.items()
+    }
     return Recording(xr.Dataset(data, coordinates, {"format_version": FORMAT_VERSION} | plain))

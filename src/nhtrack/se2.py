@@ -2,34 +2,36 @@
 
 Conventions (docs/theory.md):
 
-- pose `g = (x, y, theta)`: position [m] and heading [rad] in the parent frame. `theta` is a continuous real, not
-  wrapped: `log` uses the branch that its value names, so pi and -pi are different arguments.
+- pose `g = (x, y, theta)`: position [m] and heading [rad] in the parent frame. `theta` is a continuous real,
+  not wrapped: `log` uses the branch that its value names, so pi and -pi are different arguments.
 - twist `xi = (v_x, v_y, omega)`: velocity [m/s, m/s, rad/s] in the body frame, linear part first.
 - exponential coordinates `X = (q_x, q_y, theta)`: `g = exp(X)`.
 
-Every function maps arrays of shape (..., 3) to arrays of shape (..., 3), broadcasting over the leading axes, and runs on
-any array-API library. The trigonometric quotients are written with `sinc` of the half angle, which has no singular
-argument inside |theta| < 2 pi, so no Taylor switch is needed and none loses digits.
+Every function maps arrays of shape (..., 3) to arrays of shape (..., 3), broadcasting over the leading axes,
+and runs on any array-API library. The trigonometric quotients of `exp` and `log` are written with `sinc` of
+the half angle, which has no singular argument inside |theta| < 2 pi, so they need no Taylor switch and lose
+no digits.
 """
 
 from __future__ import annotations
 
 from math import pi
+from typing import Any
 
 from nhtrack.arrays import Array, namespace, require_last_axis
 
 __all__ = [
-    "Ad", "Ad_inverse", "Ad_matrix", "act", "ad", "ad_matrix", "ad_transpose", "between", "compose", "exp", "hat",
-    "identity", "inverse", "left_jacobian", "log", "matrix", "right_jacobian", "right_jacobian_inverse", "rotate", "vee",
-    "winding_number", "wrap",
+    "Ad", "Ad_inverse", "Ad_matrix", "act", "ad", "ad_matrix", "ad_transpose", "between", "compose", "exp",
+    "hat", "identity", "inverse", "left_jacobian", "log", "matrix", "right_jacobian",
+    "right_jacobian_inverse", "rotate", "vee", "winding_number", "wrap",
 ]  # fmt: skip
 
 
-def _sinc(xp: object, x: Array) -> Array:
+def _sinc(xp: Any, x: Array) -> Array:
     """Returns sin(x)/x, 1 at x = 0; exact to rounding for every x."""
     at_zero = x == 0
-    safe = xp.where(at_zero, xp.ones_like(x), x)  # type: ignore[attr-defined]
-    return xp.where(at_zero, xp.ones_like(x), xp.sin(safe) / safe)  # type: ignore[attr-defined]
+    safe = xp.where(at_zero, xp.ones_like(x), x)
+    return xp.where(at_zero, xp.ones_like(x), xp.sin(safe) / safe)
 
 
 def _columns(name: str, array: Array) -> tuple[Array, Array, Array]:
@@ -37,13 +39,13 @@ def _columns(name: str, array: Array) -> tuple[Array, Array, Array]:
     return array[..., 0], array[..., 1], array[..., 2]
 
 
-def _stack(xp: object, *columns: Array) -> Array:
-    return xp.stack(xp.broadcast_arrays(*columns), axis=-1)  # type: ignore[attr-defined]
+def _stack(xp: Any, *columns: Array) -> Array:
+    return xp.stack(xp.broadcast_arrays(*columns), axis=-1)
 
 
-def identity(xp: object, batch: tuple[int, ...] = ()) -> Array:
+def identity(xp: Any, batch: tuple[int, ...] = ()) -> Array:
     """Returns the identity pose (0, 0, 0), shape (*batch, 3), in namespace `xp`."""
-    return xp.zeros((*batch, 3))  # type: ignore[attr-defined,no-any-return]
+    return xp.zeros((*batch, 3))
 
 
 def rotate(theta: Array, p: Array) -> Array:
@@ -60,7 +62,7 @@ def rotate(theta: Array, p: Array) -> Array:
 
 
 def compose(a: Array, b: Array) -> Array:
-    """Returns the product a b: `(p_a + R(theta_a) p_b, theta_a + theta_b)`, headings added without wrapping."""
+    """Returns the product a b = `(p_a + R(theta_a) p_b, theta_a + theta_b)`; headings add unwrapped."""
     xp = namespace(a, b)
     x_a, y_a, theta_a = _columns("a", a)
     x_b, y_b, theta_b = _columns("b", b)
@@ -77,10 +79,10 @@ def inverse(g: Array) -> Array:
 
 
 def between(a: Array, b: Array) -> Array:
-    """Returns the pose of b seen from a, a^-1 b (paper eq. 5): `(R(theta_a)^T (p_b - p_a), theta_b - theta_a)`.
+    """Returns the pose of b seen from a (paper eq. 5).
 
-    Positions are subtracted before they are rotated, so two poses far from the origin and close to each other lose no
-    digits.
+    a^-1 b = `(R(theta_a)^T (p_b - p_a), theta_b - theta_a)`. Positions are subtracted before they are
+    rotated, so two poses far from the origin and close to each other lose no digits.
     """
     xp = namespace(a, b)
     x_a, y_a, theta_a = _columns("a", a)
@@ -96,10 +98,10 @@ def act(g: Array, p: Array) -> Array:
 
 
 def exp(X: Array) -> Array:
-    """Returns exp(X) = `(V(theta) q, theta)`, V = [[s, -c], [c, s]], s = sin(theta)/theta, c = (1 - cos theta)/theta.
+    """Returns the pose reached after unit time at the constant body twist X = (q_x, q_y, theta).
 
-    The group exponential of exponential coordinates X = (q_x, q_y, theta); the pose reached after unit time at constant
-    body twist X. With h = theta/2: s = sinc(theta), c = sin(h) sinc(h).
+    exp X = `(V(theta) q, theta)`, V = [[s, -c], [c, s]], s = sin(theta)/theta, c = (1 - cos theta)/theta.
+    With h = theta/2: s = sinc(theta), c = sin(h) sinc(h).
     """
     xp = namespace(X)
     q_x, q_y, theta = _columns("X", X)
@@ -109,14 +111,15 @@ def exp(X: Array) -> Array:
 
 
 def log(g: Array) -> Array:
-    """Returns log(g) = `(V^-1(theta) p, theta)`, V^-1 = [[a, theta/2], [-theta/2, a]], a = (theta/2) cot(theta/2).
+    """Returns the exponential coordinates X = (q_x, q_y, theta) with exp X = g (paper eq. 4).
 
-    Paper eq. 4. The branch is the one that the value of theta names: at |theta| = pi, where log of the rotation is
-    two-valued, the sign of theta decides. With h = theta/2: a = cos(h)/sinc(h).
+    log g = `(V^-1(theta) p, theta)`, V^-1 = [[a, h], [-h, a]], h = theta/2, a = h cot(h) = cos(h)/sinc(h).
+    The branch is the one that the value of theta names: at |theta| = pi, where the logarithm of the rotation
+    has two values, the sign of theta decides.
 
     Args:
-        g: poses, shape (..., 3), with |theta| < 2 pi (at +-2 pi the map is singular and the result is not finite); see
-            `winding_number` for bringing an unwrapped heading into that range.
+        g: poses, shape (..., 3), with |theta| < 2 pi (the map is singular at +-2 pi); see `winding_number`
+            for bringing an unwrapped heading into that range.
     """
     xp = namespace(g)
     x, y, theta = _columns("g", g)
@@ -126,7 +129,7 @@ def log(g: Array) -> Array:
 
 
 def hat(xi: Array) -> Array:
-    """Returns the matrix of a twist in se(2), [[0, -omega, v_x], [omega, 0, v_y], [0, 0, 0]] (paper eq. 2)."""
+    """Returns the se(2) matrix of a twist, [[0, -omega, v_x], [omega, 0, v_y], [0, 0, 0]] (paper eq. 2)."""
     xp = namespace(xi)
     v_x, v_y, omega = _columns("xi", xi)
     zero = xp.zeros_like(omega)
@@ -135,8 +138,9 @@ def hat(xi: Array) -> Array:
 
 
 def vee(matrix_: Array) -> Array:
-    """Returns the twist (v_x, v_y, omega) of an se(2) matrix, shape (..., 3, 3) -> (..., 3); inverse of `hat`."""
+    """Returns the twist (v_x, v_y, omega) of an se(2) matrix, (..., 3, 3) -> (..., 3); inverse of `hat`."""
     xp = namespace(matrix_)
+    require_last_axis("matrix_", matrix_, 3)
     return xp.stack([matrix_[..., 0, 2], matrix_[..., 1, 2], matrix_[..., 1, 0]], axis=-1)
 
 
@@ -186,9 +190,10 @@ def Ad_matrix(g: Array) -> Array:
 
 
 def ad(xi: Array, eta: Array) -> Array:
-    """Returns the bracket ad_xi eta = [xi, eta] = `(omega_eta v_y - omega_xi w_y, omega_xi w_x - omega_eta v_x, 0)`.
+    """Returns the bracket [xi, eta] = ad_xi eta, the twist of `hat(xi) hat(eta) - hat(eta) hat(xi)`.
 
-    Here xi = (v_x, v_y, omega_xi) and eta = (w_x, w_y, omega_eta).
+    `(omega_eta v_y - omega_xi w_y, omega_xi w_x - omega_eta v_x, 0)` for xi = (v_x, v_y, omega_xi) and
+    eta = (w_x, w_y, omega_eta).
     """
     xp = namespace(xi, eta)
     v_x, v_y, omega_xi = _columns("xi", xi)
@@ -220,8 +225,9 @@ def ad_transpose(xi: Array, momentum: Array) -> Array:
 def right_jacobian(X: Array) -> Array:
     """Returns J_r(X), shape (..., 3, 3), with body twist `xi = J_r(X) dX/dt` along g = exp(X(t)).
 
-    J_r(X) = sum_k (-ad_X)^k / (k + 1)!. On SE(2): [[s, c, m_x], [-c, s, m_y], [0, 0, 1]], s and c as in `exp`, and
-    m_x = e q_x + f q_y - ... written with e = (theta - sin theta)/theta^2 and f = (1 - cos theta)/theta^2.
+    J_r(X) = sum_k (-ad_X)^k / (k + 1)! = [[s, c, m_x], [-c, s, m_y], [0, 0, 1]] with s and c as in `exp`,
+    m_x = e q_x - f q_y and m_y = f q_x + e q_y, where e = (theta - sin theta)/theta^2 and
+    f = (1 - cos theta)/theta^2 = sinc(theta/2)^2 / 2.
     """
     xp = namespace(X)
     q_x, q_y, theta = _columns("X", X)
@@ -243,7 +249,11 @@ def left_jacobian(X: Array) -> Array:
 
 
 def right_jacobian_inverse(X: Array) -> Array:
-    """Returns J_r(X)^-1, shape (..., 3, 3), with `dX/dt = J_r(X)^-1 xi` along g = exp(X(t)), |theta| < 2 pi."""
+    """Returns J_r(X)^-1, shape (..., 3, 3), with `dX/dt = J_r(X)^-1 xi` along g = exp(X(t)).
+
+    The blocks of `right_jacobian` inverted: [[a, -h, -(a m_x - h m_y)], [h, a, -(h m_x + a m_y)], [0, 0, 1]]
+    with a and h as in `log`; |theta| < 2 pi.
+    """
     xp = namespace(X)
     q_x, q_y, theta = _columns("X", X)
     half = theta / 2
@@ -259,33 +269,33 @@ def right_jacobian_inverse(X: Array) -> Array:
     return xp.stack(rows, axis=-2)
 
 
-def _theta_minus_sine(xp: object, theta: Array) -> Array:
-    """Returns (theta - sin theta)/theta^2, which cancels near 0: there its Taylor series is exact to rounding."""
-    near = xp.abs(theta) < 1.0  # type: ignore[attr-defined]
-    safe = xp.where(near, xp.ones_like(theta), theta)  # type: ignore[attr-defined]
-    far_value = (safe - xp.sin(safe)) / (safe * safe)  # type: ignore[attr-defined]
+def _theta_minus_sine(xp: Any, theta: Array) -> Array:
+    """Returns (theta - sin theta)/theta^2, by its Taylor series where the difference would cancel."""
+    near = xp.abs(theta) < 1.0
+    safe = xp.where(near, xp.ones_like(theta), theta)
+    far_value = (safe - xp.sin(safe)) / (safe * safe)
     square = theta * theta
-    # theta/3! - theta^3/5! + ...: ten terms reach 1e-19 at |theta| = 1
-    series, term = xp.zeros_like(theta), theta / 6  # type: ignore[attr-defined]
-    for k in range(4, 24, 2):
+    # theta/3! - theta^3/5! + ...: what nine terms leave out is 1/21! at |theta| = 1, 1e-19 of the sum
+    series, term = xp.zeros_like(theta), theta / 6
+    for k in range(4, 22, 2):
         series = series + term
         term = -term * square / (k * (k + 1))
-    return xp.where(near, series, far_value)  # type: ignore[attr-defined]
+    return xp.where(near, series, far_value)
 
 
 def wrap(theta: Array) -> Array:
-    """Returns the angle in [-pi, pi] that differs from theta by whole turns (round half to even at odd pi)."""
+    """Returns the angle in [-pi, pi] that differs from theta by whole turns (an even number at odd pi)."""
     xp = namespace(theta)
     return theta - 2 * pi * xp.round(theta / (2 * pi))
 
 
 def winding_number(theta: Array, previous: Array | None = None, hysteresis: float = 0.25) -> Array:
-    """Returns the whole turns w to take off an unwrapped heading so that theta - 2 pi w stays near (-pi, pi].
+    """Returns the whole turns w to take off an unwrapped heading so that theta - 2 pi w stays near [-pi, pi].
 
-    The memory that a plain wrap lacks. Without `previous` the turn is the nearest one, and at an odd multiple of pi the one
-    nearer zero, so that pi and -pi keep their signs. With `previous` the turn changes only once
-    |theta - 2 pi previous| exceeds pi + hysteresis, so it cannot chatter at the antipode and never reaches the singularity
-    of `log` at 2 pi.
+    The memory that a plain wrap lacks. Without `previous` the turn is the nearest one, and at an odd multiple
+    of pi the one nearer zero, so that pi and -pi keep their signs. With `previous` the turn changes only once
+    |theta - 2 pi previous| exceeds pi + hysteresis, so it cannot chatter at the antipode and never reaches
+    the singularity of `log` at 2 pi.
 
     Args:
         theta: unwrapped headings [rad], shape (...).
