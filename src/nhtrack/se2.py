@@ -274,9 +274,10 @@ def _theta_minus_sine(xp: Any, theta: Array) -> Array:
     near = xp.abs(theta) < 1.0
     safe = xp.where(near, xp.ones_like(theta), theta)
     far_value = (safe - xp.sin(safe)) / (safe * safe)
-    square = theta * theta
+    small = xp.where(near, theta, xp.zeros_like(theta))
+    square = small * small
     # theta/3! - theta^3/5! + ...: what nine terms leave out is 1/21! at |theta| = 1, 1e-19 of the sum
-    series, term = xp.zeros_like(theta), theta / 6
+    series, term = xp.zeros_like(theta), small / 6
     for k in range(4, 22, 2):
         series = series + term
         term = -term * square / (k * (k + 1))
