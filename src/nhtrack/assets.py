@@ -1,0 +1,65 @@
+"""Where the bundled robots and scenarios are, in a wheel or in a checkout."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from nhtrack.errors import NhtrackError, did_you_mean
+
+_PACKAGE = Path(__file__).parent
+
+
+class AssetError(NhtrackError):
+    """A bundled robot or scenario that does not exist; the message lists those that do."""
+
+
+def _directory(name: str) -> Path:
+    """Returns `_bundled/<name>` of an installed wheel, or `<name>` at the root of the checkout of an editable install."""
+    bundled, checkout = _PACKAGE / "_bundled" / name, _PACKAGE.parents[1] / name
+    for candidate in (bundled, checkout):
+        if candidate.is_dir():
+            return candidate
+    raise AssetError(f"the {name}/ folder is missing from this installation; looked in {bundled} and {checkout}")
+
+
+def models_directory() -> Path:
+    """Returns the folder of the bundled robots and arenas."""
+    return _directory("models")
+
+
+def scenarios_directory() -> Path:
+    """Returns the folder of the bundled scenarios."""
+    return _directory("scenarios")
+
+
+def robots() -> tuple[str, ...]:
+    """Returns the names of the bundled robots: the folders of models/ that hold a robot.xml."""
+    return tuple(sorted(path.parent.name for path in models_directory().glob("*/robot.xml")))
+
+
+def find_robot(name: str) -> Path:
+    """Returns the MJCF file of a bundled robot.
+
+    Raises:
+        AssetError: no such robot.
+    """
+    if name not in robots():
+        raise AssetError(f"no robot {name!r}; {did_you_mean(name, robots())}")
+    return models_directory() / name / "robot.xml"
+
+
+def bundled_scenarios() -> tuple[str, ...]:
+    """Returns the names of the bundled scenarios, such as `paper/example1`."""
+    root = scenarios_directory()
+    return tuple(sorted(path.relative_to(root).with_suffix("").as_posix() for path in root.rglob("*.yaml")))
+
+
+def find_scenario(name: str) -> Path:
+    """Returns the file of a bundled scenario.
+
+    Raises:
+        AssetError: no such scenario.
+    """
+    if name not in bundled_scenarios():
+        raise AssetError(f"no bundled scenario {name!r}; {did_you_mean(name, bundled_scenarios())}")
+    return scenarios_directory() / f"{name}.yaml"

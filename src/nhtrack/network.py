@@ -1,0 +1,157 @@
+"""The communication graph: who tracks whom.
+
+An edge goes from a parent to the robot that tracks it. The root is the leader; everybody else has at least one parent and is
+reached from the root, and nobody tracks itself through others.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+import networkx as nx
+import numpy as np
+
+from nhtrack.errors import NhtrackError, did_you_mean
+
+
+@dataclass(frozen=True)
+class NetworkFault:
+    """One thing wrong with the graph.
+
+    Attributes:
+        robot: the robot whose parents are at fault.
+        parent: which of its parents, by index, or None where the whole list is meant.
+        message: what is wrong and what would be right.
+    """
+
+    robot: str
+    parent: int | None
+    message: str
+
+
+class NetworkError(NhtrackError):
+    """A communication graph on which no tracking can be defined.
+
+    Attributes:
+        faults: everything wrong with it.
+    """
+
+    def __init__(self, faults: Sequence[NetworkFault]) -> None:
+        self.faults = tuple(faults)
+        super().__init__("\n".join(f"{fault.robot}: {fault.message}" for fault in self.faults))
+
+
+@dataclass(frozen=True, eq=False)
+class Network:
+    """A rooted acyclic graph of robots, indices in the order of `names`.
+
+    Attributes:
+        names: the robots, root first, the others in the order given.
+        parents: indices of each robot's parents, in the order given; () for the root.
+        levels: indices of the robots by the length of the longest way from the root, shape (robots of the level,);
+            level 0 is the root. A robot's parents all lie in earlier levels.
+    """
+
+    names: tuple[str, ...]
+    parents: tuple[tuple[int, ...], ...]
+    levels: tuple[np.ndarray, ...]
+
+    def __len__(self) -> int:
+        """Returns the number of robots, the root included."""
+        return len(self.names)
+
+    @classmethod
+    def from_parents(cls, parents: Mapping[str, Sequence[str]]) -> Network:
+        """Returns the network of every robot's list of parents; the root is the robot with an empty list.
+
+        Raises:
+            NetworkError: no root or several, an unknown or repeated parent, a robot tracking itself, a cycle, or a robot the
+                root does not reach.
+        """
+        faults = network_faults(parents)
+        if faults:
+            raise NetworkError(faults)
+        graph = _graph(parents)
+        root = next(name for name, others in parents.items() if not others)
+        names = (root, *(name for name in parents if name != root))
+        index = {name: i for i, name in enumerate(names)}
+        levels = tuple(
+            np.array(sorted(index[name] for name in level), dtype=np.intp) for level in nx.topological_generations(graph)
+        )
+        return cls(names, tuple(tuple(index[parent] for parent in parents[name]) for name in names), levels)
+
+
+def network_faults(parents: Mapping[str, Sequence[str]]) -> list[NetworkFault]:
+    """Returns everything that keeps a mapping from robot to parents from being a network; empty if nothing does."""
+    faults = [*_root_faults(parents), *_parent_faults(parents)]
+    blamed = {fault.robot for fault in faults}
+    graph = _graph(parents)
+    cycles = [*_cycle_faults(graph, parents)]
+    faults += cycles
+    blamed |= {fault.robot for fault in cycles}
+    roots = [name for name, others in parents.items() if not others]
+    if len(roots) == 1:
+        reached = {roots[0], *nx.descendants(graph, roots[0])}
+        # A robot downstream of one already blamed is a consequence, not another mistake.
+        blamed |= {robot for name in blamed for robot in nx.descendants(graph, name)}
+        faults += [
+            NetworkFault(name, None, f"not reached from the leader {roots[0]!r}")
+            for name in parents
+            if name not in reached and name not in blamed
+        ]
+    return faults
+
+
+def _graph(parents: Mapping[str, Sequence[str]]) -> nx.DiGraph:
+    """Returns the directed graph of the edges whose both ends exist."""
+    graph = nx.DiGraph()
+    graph.add_nodes_from(parents)
+    graph.add_edges_from((p, name) for name, others in parents.items() for p in others if p in parents)
+    return graph
+
+
+def _root_faults(parents: Mapping[str, Sequence[str]]) -> Iterator[NetworkFault]:
+    """Yields a fault for every robot without parents but the first."""
+    if not parents:
+        yield NetworkFault("", None, "no robots at all")
+        return
+    roots = [name for name, others in parents.items() if not others]
+    if not roots:
+        yield NetworkFault(next(iter(parents)), None, "every robot has parents, so nobody leads")
+    for name in roots[1:]:
+        others = [other for other in parents if other != name]
+        yield NetworkFault(name, None, f"no parents: a follower tracks someone; available: {', '.join(others)}")
+
+
+def _parent_faults(parents: Mapping[str, Sequence[str]]) -> Iterator[NetworkFault]:
+    """Yields a fault for every parent that does not exist, is repeated, or is the robot itself."""
+    for name, others in parents.items():
+        for i, parent in enumerate(others):
+            if parent == name:
+                yield NetworkFault(name, i, f"{name!r} cannot track itself")
+            elif parent not in parents:
+                hint = did_you_mean(parent, [other for other in parents if other != name])
+                yield NetworkFault(name, i, f"no robot {parent!r}; {hint}")
+            elif parent in others[:i]:
+                yield NetworkFault(name, i, f"parent {parent!r} is listed twice")
+
+
+def _cycle_faults(graph: nx.DiGraph, parents: Mapping[str, Sequence[str]]) -> Iterator[NetworkFault]:
+    """Yields one fault for every group of robots that track each other, at the member that comes first in the file."""
+    order = {name: i for i, name in enumerate(parents)}
+    for group in nx.strongly_connected_components(graph):
+        if len(group) == 1:
+            continue
+        first = min(group, key=order.__getitem__)
+        edges = nx.find_cycle(graph.subgraph(group), first)
+        cycle = [first]
+        following = dict(reversed(edge) for edge in edges)
+        if first not in following:
+            first = min(following, key=order.__getitem__)
+            cycle = [first]
+        while following[cycle[-1]] != first:
+            cycle.append(following[cycle[-1]])
+        at = list(parents[first]).index(following[first])
+        chain = " tracks ".join(repr(name) for name in (*cycle, first))
+        yield NetworkFault(first, at, f"a circle: {chain}; somebody must track the leader")

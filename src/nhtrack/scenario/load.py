@@ -1,0 +1,241 @@
+"""Scenario files to scenarios: every fault at once, each with its line, column and key."""
+
+from __future__ import annotations
+
+import copy
+import csv
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path as FilePath
+from typing import Any
+
+from pydantic import ValidationError
+from ruamel.yaml.error import YAMLError
+
+from nhtrack import assets
+from nhtrack.errors import Fault, ScenarioError, did_you_mean
+from nhtrack.scenario.checks import findings, is_robot_file
+from nhtrack.scenario.messages import shape_faults
+from nhtrack.scenario.schema import Scenario
+from nhtrack.scenario.tree import Document, Path, ancestors, dotted, lookup, parse_path, parse_yaml, plain_value
+
+CSV_COLUMNS = ("t", "u_x", "u_theta")
+
+
+def load(source: str | FilePath, overrides: Sequence[str] = ()) -> Scenario:
+    """Returns the scenario of a YAML file, or of a bundled scenario by name (`paper/example1`).
+
+    Files it names (robot, CSV) are found relative to it; a CSV is read into the scenario, so that the scenario alone
+    reproduces the run.
+
+    Args:
+        source: path of the file, or the name of a bundled scenario.
+        overrides: changes such as `law.kp=3`, applied before anything is judged.
+
+    Raises:
+        ScenarioError: everything wrong with it.
+    """
+    path = _scenario_path(source)
+    return load_text(_read(path), source=path, directory=path.parent, overrides=overrides)
+
+
+def load_text(
+    text: str, source: str | FilePath = "<text>", directory: FilePath | None = None, overrides: Sequence[str] = ()
+) -> Scenario:
+    """Returns the scenario of a YAML text.
+
+    Args:
+        text: the text.
+        source: how to call it in messages.
+        directory: what relative paths in it start from; the working directory by default.
+        overrides: as in `load`.
+
+    Raises:
+        ScenarioError: everything wrong with it.
+    """
+    return _load_document(parse_yaml(text), source, directory or FilePath.cwd(), overrides)
+
+
+def load_tree(
+    tree: Mapping[str, Any], source: str | FilePath = "<scenario>", directory: FilePath | None = None, overrides: Sequence[str] = ()
+) -> Scenario:
+    """Returns the scenario of a tree, such as the one a recording carries; arguments as in `load_text`.
+
+    Raises:
+        ScenarioError: everything wrong with it.
+    """
+    return _load_document(Document(copy.deepcopy(dict(tree))), source, directory or FilePath.cwd(), overrides)
+
+
+def apply_overrides(tree: Any, overrides: Iterable[str]) -> Any:
+    """Returns a copy of a tree with `key.path=value` changes made, each value read as YAML.
+
+    Sections on the way are made where they are missing; a list item must exist.
+
+    Raises:
+        ScenarioError: a change that is not of that form, or whose place does not exist.
+    """
+    changed, faults = copy.deepcopy(tree), list[Fault]()
+    for text in overrides:
+        try:
+            path, value = parse_override(text)
+            _assign(changed, path, value)
+        except ValueError as error:
+            faults.append(Fault(0, 0, "", f"--set {text}: {error}"))
+    if faults:
+        raise ScenarioError("command line", faults)
+    return changed
+
+
+def parse_override(text: str) -> tuple[Path, Any]:
+    """Returns the path and the value of a `key.path=value` text.
+
+    Raises:
+        ValueError: not of that form, or a value that is not YAML.
+    """
+    key, equals, value = text.partition("=")
+    if not equals:
+        raise ValueError("expected key.path=value")
+    path = parse_path(key.strip())
+    try:
+        return path, plain_value(value)
+    except YAMLError:
+        raise ValueError(f"{value!r} is not a YAML value") from None
+
+
+def _assign(tree: Any, path: Path, value: Any) -> None:
+    """Sets the value at a path of a tree, making sections on the way."""
+    node = tree
+    for i, step in enumerate(path):
+        last = i == len(path) - 1
+        where = dotted(path[:i]) or "the scenario"
+        if isinstance(step, int):
+            if not isinstance(node, list):
+                raise ValueError(f"{where} is not a list")
+            if step >= len(node):
+                raise ValueError(f"{where} has {len(node)} items, counted from 0")
+        elif not isinstance(node, dict):
+            raise ValueError(f"{where} is not a section with keys")
+        elif not last and not isinstance(node.get(step), (dict, list)):
+            node[step] = {}
+        if last:
+            node[step] = value
+        else:
+            node = node[step]
+
+
+def _load_document(document: Document, source: str | FilePath, directory: FilePath, overrides: Sequence[str]) -> Scenario:
+    """Returns the scenario of a parsed file; runs every check that still can."""
+    if document.tree is None:
+        raise ScenarioError(source, document.faults or [Fault(0, 0, "", "the file is empty")])
+    tree = apply_overrides(document.tree, overrides)
+    changed = {parse_override(text)[0]: text for text in overrides}
+    problems: list[tuple[Path, str]] = []
+    scenario = None
+    tree = _resolve(tree, directory, problems)
+    try:
+        scenario = Scenario.model_validate(tree)
+    except ValidationError as error:
+        problems += shape_faults(tree, error)
+    known = {path for path, _ in problems}
+    problems += [(path, message) for path, message in findings(tree, directory) if path not in known]
+    unreadable = {fault.key for fault in document.faults if "twice" not in fault.message}
+    faults = document.faults + [
+        _placed(path, message, document, changed) for path, message in problems if dotted(path) not in unreadable
+    ]
+    if faults or scenario is None:
+        raise ScenarioError(source, list(dict.fromkeys(faults)))
+    return scenario
+
+
+def _placed(path: Path, message: str, document: Document, changed: Mapping[Path, str]) -> Fault:
+    """Returns the fault of a path: at its key, else at the nearest key above it, unless the command line put it there."""
+    for here in ancestors(path):
+        if here in changed:
+            return Fault(0, 0, dotted(path), f"{message} (from --set {changed[here]})")
+        if here in document.positions:
+            return Fault(*document.positions[here], dotted(path), message)
+    return Fault(0, 0, dotted(path), message)
+
+
+def _resolve(tree: Any, directory: FilePath, problems: list[tuple[Path, str]]) -> Any:
+    """Returns the tree with the files it names found: a robot file by its full path, a CSV file as a table."""
+    if not isinstance(tree, dict):
+        return tree
+    resolved = dict(tree)
+    robot, given = tree.get("robot"), lookup(tree, ("leader", "input"))
+    if isinstance(robot, str) and robot not in assets.robots() and is_robot_file(robot):
+        resolved["robot"] = str((directory / robot).resolve())
+    if isinstance(given, dict) and isinstance(given.get("csv"), str) and given["csv"]:
+        try:
+            table = _read_table(directory / given["csv"])
+        except ValueError as error:
+            problems.append((("leader", "input", "csv"), str(error)))
+        else:
+            rest = {key: value for key, value in given.items() if key != "csv"}
+            resolved["leader"] = {**tree["leader"], "input": {"table": table, **rest}}
+    return resolved
+
+
+def _read_table(path: FilePath) -> dict[str, list[float]]:
+    """Returns the columns of a CSV file of inputs.
+
+    Raises:
+        ValueError: no such file, columns missing, or a cell that is not a number.
+    """
+    if not path.is_file():
+        raise ValueError(f"no CSV file {str(path)!r}")
+    try:
+        rows = list(csv.reader(path.read_text(encoding="utf-8-sig").splitlines(), skipinitialspace=True))
+    except (UnicodeDecodeError, csv.Error) as error:
+        raise ValueError(f"{path.name}: not a CSV file of text ({error})") from None
+    header = [cell.strip() for cell in rows[0]] if rows else []
+    missing = [name for name in CSV_COLUMNS if name not in header]
+    if missing:
+        raise ValueError(f"{path.name}: needs the columns t, u_x, u_theta in its first line, got {', '.join(header) or 'nothing'}")
+    columns: dict[str, list[float]] = {name: [] for name in CSV_COLUMNS}
+    for number, row in enumerate(rows[1:], start=2):
+        if not any(cell.strip() for cell in row):
+            continue
+        for name in CSV_COLUMNS:
+            columns[name].append(_cell(path, number, name, row, header.index(name)))
+    if not columns["t"]:
+        raise ValueError(f"{path.name}: no rows under the header")
+    return columns
+
+
+def _cell(path: FilePath, line: int, name: str, row: Sequence[str], index: int) -> float:
+    if index >= len(row):
+        raise ValueError(f"{path.name} line {line}: no value for {name}")
+    try:
+        return float(row[index])
+    except ValueError:
+        raise ValueError(f"{path.name} line {line}: {name} must be a number, got {row[index]!r}") from None
+
+
+def _scenario_path(source: str | FilePath) -> FilePath:
+    """Returns the file meant by a path or by the name of a bundled scenario."""
+    path = FilePath(source)
+    if path.is_dir():
+        raise ScenarioError(source, [Fault(0, 0, "", "this is a directory; name a scenario file in it")])
+    if path.exists():
+        return path
+    name = str(source)
+    if name in assets.bundled_scenarios():
+        return assets.find_scenario(name)
+    hint = did_you_mean(name.removesuffix(".yaml"), assets.bundled_scenarios())
+    raise ScenarioError(source, [Fault(0, 0, "", f"no such file, and no bundled scenario of that name; {hint}")])
+
+
+def _read(path: FilePath) -> str:
+    """Returns the text of a file."""
+    try:
+        data = path.read_bytes()
+    except OSError as error:
+        raise ScenarioError(path, [Fault(0, 0, "", f"cannot be read: {error.strerror}")]) from None
+    try:
+        return data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = data.count(b"\n", 0, error.start) + 1
+        column = error.start - data.rfind(b"\n", 0, error.start)
+        message = f"not UTF-8 text (byte 0x{data[error.start]:02x}); save the file as UTF-8"
+        raise ScenarioError(path, [Fault(line, column, "", message)]) from None

@@ -1,0 +1,331 @@
+"""What a scenario file may say: every key, its type, its unit, its bounds.
+
+These models are the single source of the JSON Schema (`nhtrack schema`) and of docs/scenario.md. They judge one key at a
+time; what several keys mean together is judged in `nhtrack.scenario.checks`, and `nhtrack.scenario.load` runs both.
+
+"Scenario units" below are whatever length and time unit the file is written in; `similarity` maps them to metres and
+seconds. Angles are radians everywhere.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from typing import Annotated, Any, Literal, Self, TypeAlias
+
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    ConfigDict,
+    Discriminator,
+    Field,
+    ModelWrapValidatorHandler,
+    Tag,
+    ValidationError,
+    model_validator,
+)
+from pydantic_core import ErrorDetails, InitErrorDetails, PydanticCustomError
+
+from nhtrack.errors import did_you_mean
+from nhtrack.reference import Expression, Interpolation, ReferenceInputError
+
+ROBOT_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_-]*\Z")
+
+
+def fault(message: str) -> PydanticCustomError:
+    """Returns the error by which a validator reports a message of its own."""
+    return PydanticCustomError("fault", "{message}", {"message": message})
+
+
+class Section(BaseModel):
+    """A mapping of the file: frozen, unknown keys refused, no conversion between types, finite numbers only."""
+
+    model_config = ConfigDict(
+        frozen=True, extra="forbid", strict=True, allow_inf_nan=False, hide_input_in_errors=True
+    )
+
+    @model_validator(mode="wrap")
+    @classmethod
+    def _speak_of_keys(cls, data: Any, handler: ModelWrapValidatorHandler[Self]) -> Self:
+        """Says of unknown and missing keys what only the section itself knows: its other keys and their meaning."""
+        try:
+            return handler(data)
+        except ValidationError as error:
+            problems = [cls._detail(problem) for problem in error.errors(include_url=False)]
+            raise ValidationError.from_exception_data(error.title, problems, hide_input=True) from None
+
+    @classmethod
+    def _detail(cls, problem: ErrorDetails) -> InitErrorDetails:
+        loc, kind, context = problem["loc"], problem["type"], problem.get("ctx", {})
+        said: str | PydanticCustomError = fault(context["message"]) if kind == "fault" else kind
+        if len(loc) == 1 and kind == "extra_forbidden":
+            said = fault(f"unknown key; {did_you_mean(str(loc[0]), cls.model_fields)}")
+        elif len(loc) == 1 and kind == "missing":
+            said = fault(f"required key is missing: {cls.model_fields[str(loc[0])].description}")
+        return InitErrorDetails(type=said, loc=loc, input=problem["input"], ctx=context)
+
+
+def _printable(name: str) -> str:
+    if not name.strip() or not name.isprintable() or len(name) > 100:
+        raise fault(f"expected a short printable name, got {name!r}")
+    if any(mark in name for mark in "/\\") or name.startswith("."):
+        raise fault(f"{name!r} names a results folder: leave out slashes and a leading dot")
+    return name
+
+
+def _robot_name(name: str) -> str:
+    if not ROBOT_NAME.match(name):
+        raise fault(f"expected a letter followed by letters, digits, '-' or '_', got {name!r}")
+    return name
+
+
+def _formula(text: str) -> str:
+    try:
+        Expression(text)
+    except ReferenceInputError as error:
+        raise fault(str(error)) from None
+    return text
+
+
+def _even(pixels: int) -> int:
+    if pixels % 2:
+        raise fault(f"video needs even sizes, got {pixels}")
+    return pixels
+
+
+# YAML lists become tuples, which stay frozen; only the container is converted, never what is in it.
+Pose: TypeAlias = Annotated[tuple[float, float, float], Field(strict=False)]
+PlanarTwist: TypeAlias = Annotated[tuple[float, float], Field(strict=False)]
+Name: TypeAlias = Annotated[str, AfterValidator(_robot_name)]
+Formula: TypeAlias = Annotated[str, AfterValidator(_formula)]
+Pixels: TypeAlias = Annotated[int, Field(ge=16, le=8192), AfterValidator(_even)]
+
+
+class Similarity(Section):
+    """Maps scenario units to the robot; the robot and gravity do not scale, so this sets how hard the ground has to work."""
+
+    length: float = Field(1.0, gt=0, description="robot metres per scenario length unit [m]")
+    time: float = Field(1.0, gt=0, description="robot seconds per scenario time unit [s]")
+
+
+class Contact(Section):
+    """How wheels meet the floor."""
+
+    model: Literal["stiff", "default"] = Field(
+        "stiff",
+        description="`stiff` derives the contact parameters from the time step so that turning slip vanishes with it; "
+        "`default` keeps MuJoCo's own, which slip by centimetres per second",
+    )
+    rate_correction: bool = Field(
+        True,
+        description="supplies the term that MuJoCo's contact rows leave out (a bias inside the friction cone: no grip on ice)",
+    )
+
+
+class Physics(Section):
+    """How MuJoCo steps."""
+
+    timestep: float = Field(0.001, gt=0, le=0.1, description="physics step on the robot's clock [s]")
+    friction: float = Field(1.0, ge=0, description="Coulomb friction coefficient between wheels and floor [1]")
+    robot_contact: bool = Field(
+        False,
+        description="whether robots collide with each other; off where followers end in the leader's place, on for formations",
+    )
+    contact: Contact = Field(Contact(), description="how wheels meet the floor")
+
+
+class Start(Section):
+    """Where a robot is at t = 0 and how it moves."""
+
+    pose: Pose = Field(description="x, y [scenario length], theta [rad, unwrapped: pi and -pi are different starts]")
+    twist: PlanarTwist = Field(
+        (0.0, 0.0), description="forward speed v [scenario length/time] and turning speed omega [rad/scenario time]"
+    )
+
+
+class Segment(Section):
+    """A piece of a piecewise input: `value` from the end of the piece before it until `until`."""
+
+    until: float | None = Field(
+        None, gt=0, description="end of the piece [scenario time]; the last piece may leave it out and hold for ever"
+    )
+    value: Annotated[float, Tag("<number>")] | Annotated[Formula, Tag("<formula>")] = Field(
+        description="acceleration during the piece: a number or a formula in t (the scenario's time, not the piece's)",
+        discriminator=Discriminator(lambda value: "<formula>" if isinstance(value, str) else "<number>"),
+    )
+
+
+def _increasing(segments: tuple[Segment, ...]) -> tuple[Segment, ...]:
+    before = 0.0
+    for i, segment in enumerate(segments):
+        if segment.until is None:
+            if i + 1 < len(segments):
+                raise fault(f"segment {i + 1} of {len(segments)} needs `until`: only the last one may go without")
+        elif segment.until <= before:
+            raise fault(f"segments must end later and later: {segment.until:g} comes after {before:g}")
+        else:
+            before = segment.until
+    return segments
+
+
+def _signal_form(value: Any) -> str:
+    if isinstance(value, str):
+        return "<formula>"
+    return "<segments>" if isinstance(value, (list, tuple)) else "<signal>"
+
+
+Signal: TypeAlias = Annotated[
+    Annotated[float, Tag("<signal>")]
+    | Annotated[Formula, Tag("<formula>")]
+    | Annotated[tuple[Segment, ...], Field(strict=False, min_length=1), AfterValidator(_increasing), Tag("<segments>")],
+    Discriminator(_signal_form),
+]
+
+
+class SignalInput(Section):
+    """The leader's input as two signals: each a number, a formula in t, or a list of segments (0 after the last)."""
+
+    u_x: Signal = Field(description="forward acceleration [scenario length/time^2]")
+    u_theta: Signal = Field(description="angular acceleration [rad/scenario time^2]")
+
+
+class CsvInput(Section):
+    """The leader's input from a file; loading turns it into a table, so a recording carries the numbers themselves."""
+
+    csv: str = Field(
+        min_length=1,
+        description="CSV file with a header naming the columns t, u_x and u_theta, relative to the scenario file",
+    )
+    interpolation: Interpolation = Field("previous", description="hold each row until the next, or join rows by lines")
+
+
+class Samples(Section):
+    """Columns of equal length."""
+
+    t: Annotated[tuple[float, ...], Field(strict=False, min_length=1)] = Field(
+        description="increasing times [scenario time]"
+    )
+    u_x: Annotated[tuple[float, ...], Field(strict=False)] = Field(
+        description="forward accelerations [scenario length/time^2]"
+    )
+    u_theta: Annotated[tuple[float, ...], Field(strict=False)] = Field(
+        description="angular accelerations [rad/scenario time^2]"
+    )
+
+
+class TableInput(Section):
+    """The leader's input as samples in the file itself."""
+
+    table: Samples = Field(description="the samples")
+    interpolation: Interpolation = Field("previous", description="hold each sample until the next, or join them by lines")
+
+
+def _input_form(value: Any) -> str:
+    keys = value if isinstance(value, dict) else vars(value) if isinstance(value, BaseModel) else ()
+    return "<csv>" if "csv" in keys else "<table>" if "table" in keys else "<signals>"
+
+
+Input: TypeAlias = Annotated[
+    Annotated[SignalInput, Tag("<signals>")] | Annotated[CsvInput, Tag("<csv>")] | Annotated[TableInput, Tag("<table>")],
+    Discriminator(_input_form),
+]
+
+
+class Leader(Section):
+    """The root of the network: drives open loop by its own input, on real wheels unless virtual."""
+
+    name: Name = Field("leader", description="how followers and results call it")
+    virtual: bool = Field(False, description="true: a moving marker that follows the input exactly, instead of a robot")
+    start: Start = Field(description="where it begins")
+    input: Input = Field(description="its accelerations over time: two signals, a CSV file, or a table")
+
+
+class Follower(Section):
+    """A robot that tracks others."""
+
+    name: Name = Field(description="how others and results call it")
+    parents: Annotated[tuple[Name, ...], Field(strict=False, min_length=1)] = Field(
+        description="the robots it tracks, by name; exactly one in this version"
+    )
+    start: Start = Field(description="where it begins")
+
+
+class DeadZone(Section):
+    """Below these sizes the angles of a law are rounding noise and count as zero; in robot units, whatever the similarity."""
+
+    length: float = Field(1e-6, ge=0, description="smallest |q| whose direction means anything [m]")
+    speed: float = Field(1e-3, ge=0, description="smallest leader speed whose direction means anything [m/s]")
+
+
+class _TrackingLaw(Section):
+    kp: float = Field(gt=0, description="position gain [1/scenario time^2]")
+    kd: float = Field(ge=0, description="damping gain [1/scenario time]; advised kd >= 2 sqrt(kp)")
+    k: float = Field(description="steering gain on beta [1]; advised k > 2 (1 + ke/kp)")
+    hysteresis: float = Field(
+        0.25, gt=0, lt=math.pi, description="how far past pi a relative heading goes before a whole turn is dropped [rad]"
+    )
+    dead_zone: DeadZone = Field(DeadZone(), description="sizes below which an angle counts as zero")
+
+
+class PublishedLaw(_TrackingLaw):
+    """The single-follower tracking law of the paper (Theorem 1)."""
+
+    name: Literal["published"] = Field(description="which law: Theorem 1")
+    variant: Literal["published", "full"] = Field(
+        "published", description="`published`: u_x as printed; `full`: with the bracket term the printed form drops"
+    )
+    ke: float = Field(ge=0, description="gain on the adjoint attitude [1/scenario time^2]")
+
+
+class StabiliserLaw(_TrackingLaw):
+    """The pose stabiliser of the paper (Lemma 1): brings a follower to a leader at rest."""
+
+    name: Literal["stabiliser"] = Field(description="which law: Lemma 1")
+
+
+Law: TypeAlias = Annotated[PublishedLaw | StabiliserLaw, Field(discriminator="name")]
+
+
+class Video(Section):
+    """How the film of the run is made."""
+
+    camera: Literal["group", "top", "isometric", "chase"] = Field(
+        "group", description="`group` frames the robots as they move, `top` and `isometric` the whole run, `chase` follows one"
+    )
+    size: Annotated[tuple[Pixels, Pixels], Field(strict=False)] = Field((640, 480), description="width, height [pixels]")
+    fps: int = Field(30, ge=1, le=120, description="frames per second of film [1/s]")
+    speed: float | None = Field(
+        None, gt=0, description="robot seconds per second of film [1]; null picks one that keeps the film short"
+    )
+
+
+class Scenario(Section):
+    """One experiment: who moves, by what law, on which ground, for how long."""
+
+    name: Annotated[str, AfterValidator(_printable)] = Field(description="names the run and its results folder")
+    description: str = Field("", description="one line for people, shown by `nhtrack list`")
+    duration: float = Field(gt=0, description="how long the run lasts [scenario time]")
+    similarity: Similarity = Field(Similarity(), description="scenario units to metres and seconds")
+    backend: Literal["mujoco", "ideal"] = Field(
+        "mujoco", description="`mujoco`: wheels, friction, motors; `ideal`: the integrator the theory speaks of"
+    )
+    robot: str = Field("nh_mini", min_length=1, description="a bundled robot, or an MJCF file relative to the scenario file")
+    physics: Physics = Field(Physics(), description="how MuJoCo steps")
+    control_rate: float = Field(100.0, gt=0, description="control periods per second on the robot's clock [Hz]")
+    seed: int = Field(0, ge=0, description="seed of everything random [1]")
+    leader: Leader = Field(description="the root of the network")
+    followers: Annotated[tuple[Follower, ...], Field(strict=False, min_length=1)] = Field(
+        description="the robots that track others"
+    )
+    law: Law = Field(description="the law every follower obeys, with gains in scenario units")
+    video: Video = Field(Video(), description="how the film of the run is made")
+
+    @property
+    def periods(self) -> int:
+        """Number of control periods: `duration` on the robot's clock, rounded to whole periods."""
+        return max(1, round(self.duration * self.similarity.time * self.control_rate))
+
+    @property
+    def parents(self) -> dict[str, tuple[str, ...]]:
+        """Parents of every robot by name, root first; what `nhtrack.network.Network.from_parents` takes."""
+        return {self.leader.name: ()} | {follower.name: follower.parents for follower in self.followers}

@@ -1,0 +1,93 @@
+"""Length and time scaling between a scenario's own units and the robot's (THEORY of similarity, docs/theory.md).
+
+The laws are equivariant under x -> L x and t -> T t when accelerations and gains scale along:
+`v -> v L/T`, `omega -> omega/T`, `u_x -> u_x L/T^2`, `u_theta -> u_theta/T^2`, `kp, ke -> /T^2`, `kd -> /T`, k unchanged.
+Gravity, friction and the robot do not scale, so a factor chooses how hard the ground has to work, and nothing else.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from nhtrack.arrays import Array, namespace, require_last_axis
+
+
+class Gains(NamedTuple):
+    """Gains of the laws: kp [1/s^2], kd [1/s], ke [1/s^2], k [1]."""
+
+    kp: float
+    kd: float
+    ke: float
+    k: float
+
+
+@dataclass(frozen=True)
+class Similarity:
+    """Maps a scenario to the robot and back.
+
+    Attributes:
+        length: robot metres per scenario length unit, L > 0.
+        time: robot seconds per scenario time unit, T > 0.
+
+    Raises:
+        ValueError: a factor that is not positive and finite.
+    """
+
+    length: float = 1.0
+    time: float = 1.0
+
+    def __post_init__(self) -> None:
+        for name, factor in (("length", self.length), ("time", self.time)):
+            if not (math.isfinite(factor) and factor > 0):
+                raise ValueError(f"similarity.{name}: expected a positive number, got {factor}")
+
+    @property
+    def inverse(self) -> Similarity:
+        """The map from the robot back to the scenario: factors 1/L and 1/T."""
+        return Similarity(1.0 / self.length, 1.0 / self.time)
+
+    def times_to_robot(self, t: Array) -> Array:
+        """Returns times on the robot's clock [s], t T; any shape."""
+        return t * self.time
+
+    def times_to_scenario(self, t: Array) -> Array:
+        """Returns scenario times of times on the robot's clock, t / T; any shape."""
+        return t / self.time
+
+    def poses_to_robot(self, g: Array) -> Array:
+        """Returns poses (x [m], y [m], theta [rad]) of scenario poses, (L x, L y, theta), shape (..., 3)."""
+        return self._scaled("poses", g, (self.length, self.length, 1.0))
+
+    def poses_to_scenario(self, g: Array) -> Array:
+        """Returns scenario poses of robot poses, shape (..., 3)."""
+        return self._scaled("poses", g, (1.0 / self.length, 1.0 / self.length, 1.0))
+
+    def twists_to_robot(self, xi: Array) -> Array:
+        """Returns body twists (v_x [m/s], v_y [m/s], omega [rad/s]), (L/T v_x, L/T v_y, omega/T), shape (..., 3)."""
+        speed = self.length / self.time
+        return self._scaled("twists", xi, (speed, speed, 1.0 / self.time))
+
+    def twists_to_scenario(self, xi: Array) -> Array:
+        """Returns scenario twists of robot twists, shape (..., 3)."""
+        speed = self.time / self.length
+        return self._scaled("twists", xi, (speed, speed, self.time))
+
+    def inputs_to_robot(self, u: Array) -> Array:
+        """Returns accelerations (u_x [m/s^2], u_theta [rad/s^2]), (L/T^2 u_x, u_theta/T^2), shape (..., 2)."""
+        return self._scaled("inputs", u, (self.length / self.time**2, 1.0 / self.time**2))
+
+    def inputs_to_scenario(self, u: Array) -> Array:
+        """Returns scenario accelerations of robot accelerations, shape (..., 2)."""
+        return self._scaled("inputs", u, (self.time**2 / self.length, self.time**2))
+
+    def scale_gains(self, kp: float, kd: float, ke: float, k: float) -> Gains:
+        """Returns the robot's gains of a scenario's gains: kp/T^2, kd/T, ke/T^2, k."""
+        return Gains(kp / self.time**2, kd / self.time, ke / self.time**2, k)
+
+    @staticmethod
+    def _scaled(name: str, values: Array, factors: tuple[float, ...]) -> Array:
+        require_last_axis(name, values, len(factors))
+        xp = namespace(values)
+        return values * xp.asarray(factors, dtype=xp.float64)
