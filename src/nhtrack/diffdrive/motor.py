@@ -1,0 +1,38 @@
+"""The limits of a wheel motor."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from nhtrack.arrays import Array, namespace
+
+
+@dataclass(frozen=True)
+class Motor:
+    """Torque envelope of one geared direct-current motor, at the wheel.
+
+    The torque is held within +-`torque_limit` (driver current) and, in the direction of motion, below the motor's line
+    `stall_torque (1 - speed / no_load_speed)`.
+
+    Attributes:
+        torque_limit: largest torque the driver allows [N m].
+        stall_torque: torque at standstill at rated voltage [N m].
+        no_load_speed: wheel speed at which the motor gives no torque [rad/s].
+    """
+
+    torque_limit: float
+    stall_torque: float
+    no_load_speed: float
+
+    def __post_init__(self) -> None:
+        for name in ("torque_limit", "stall_torque", "no_load_speed"):
+            if not getattr(self, name) > 0:
+                raise ValueError(f"{name}: expected a positive number, got {getattr(self, name)}")
+
+    def saturate(self, torque: Array, wheel_speed: Array) -> Array:
+        """Returns the torque [N m] the motor delivers where `torque` is asked for at `wheel_speed` [rad/s]."""
+        xp = namespace(torque, wheel_speed)
+        line = wheel_speed / self.no_load_speed
+        upper = xp.minimum(self.stall_torque * (1 - line), self.torque_limit)
+        lower = xp.maximum(-self.stall_torque * (1 + line), -self.torque_limit)
+        return xp.clip(torque, lower, upper)

@@ -1,0 +1,116 @@
+"""The ideal integrator: nonholonomic robots that follow their accelerations exactly."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from nhtrack.arrays import Array
+from nhtrack.diffdrive import DiffDrive
+from nhtrack.errors import SimulationDiverged
+from nhtrack.simulation.state import State
+
+# Gauss-Legendre nodes over a control period. Eight are exact to rounding while a robot turns less than pi per period.
+_NODES, _WEIGHTS = (array for array in np.polynomial.legendre.leggauss(8))
+_NODES, _WEIGHTS = (_NODES + 1) / 2, _WEIGHTS / 2
+
+
+def propagate(g: Array, xi: Array, u: Array, dt: float) -> tuple[Array, Array]:
+    """Returns poses and twists after dt under constant accelerations, the flow of the paper's system (eq. 3).
+
+    `x' = v cos(theta), y' = v sin(theta), theta' = omega, v' = u_x, omega' = u_theta`. Velocities and heading are polynomials
+    in time; the position is their quadrature, written in the frame of the starting heading.
+
+    Args:
+        g: poses, shape (..., n, 3).
+        xi: body twists with v_y = 0, shape (..., n, 3).
+        u: accelerations (u_x, u_theta) held over dt, shape (..., n, 2).
+        dt: time [s].
+    """
+    v, omega = xi[..., 0], xi[..., 2]
+    u_x, u_theta = u[..., 0], u[..., 1]
+    s = dt * _NODES
+    turned = omega[..., None] * s + 0.5 * u_theta[..., None] * s**2
+    weighted_speed = (v[..., None] + u_x[..., None] * s) * (dt * _WEIGHTS)
+    ahead = (weighted_speed * np.cos(turned)).sum(axis=-1)
+    aside = (weighted_speed * np.sin(turned)).sum(axis=-1)
+    cosine, sine = np.cos(g[..., 2]), np.sin(g[..., 2])
+    g_next = np.stack(
+        [
+            g[..., 0] + cosine * ahead - sine * aside,
+            g[..., 1] + sine * ahead + cosine * aside,
+            g[..., 2] + omega * dt + 0.5 * u_theta * dt**2,
+        ],
+        axis=-1,
+    )
+    xi_next = np.stack([v + u_x * dt, np.zeros_like(v), omega + u_theta * dt], axis=-1)
+    return g_next, xi_next
+
+
+class IdealSimulation:
+    """Robots that obey the ideal model; what the wheels would do comes from the reduced model.
+
+    Args:
+        names: the robots' names, root first.
+        drive: the robots' reduced model, for telemetry.
+        dt: control period [s].
+        friction: coefficient the predicted utilisation is measured against.
+    """
+
+    def __init__(self, names: tuple[str, ...], drive: DiffDrive, dt: float, friction: float = 1.0) -> None:
+        self.names, self.drive, self.dt, self.friction = names, drive, dt, friction
+
+    def reset(self, state: State) -> State:
+        """Places the robots; see `Simulation.reset`."""
+        require_rolling(state)
+        self._state = State(state.t, np.array(state.g), np.array(state.xi))
+        self._u = np.zeros((*self._state.g.shape[:-1], 2))
+        self._start, self._periods = state.t, 0
+        return self._copy()
+
+    def step(self, u: Array) -> State:
+        """Advances one period by the exact flow; see `Simulation.step`."""
+        self._u = np.array(u, dtype=float)
+        g, xi = propagate(self._state.g, self._state.xi, self._u, self.dt)
+        self._periods += 1
+        self._state = State(self._start + self._periods * self.dt, g, xi)
+        require_finite(self._state, self.names)
+        return self._copy()
+
+    def telemetry(self) -> Mapping[str, Array]:
+        """Returns what wheels would have to do for the motion at the end of the period; see `Simulation.telemetry`."""
+        v, omega = self._state.xi[..., 0], self._state.xi[..., 2]
+        motion = (v, omega, self._u[..., 0], self._u[..., 1])
+        torque = self.drive.wheel_torques(*motion)
+        predicted = self.drive.friction_utilisation(*motion, self.friction)
+        return {
+            "wheel_torque": torque,
+            "wheel_torque_demand": torque,
+            "wheel_speed": self.drive.wheel_speeds(v, omega),
+            "wheel_load": self.drive.wheel_loads(*motion),
+            "longitudinal_slip": np.zeros_like(torque),
+            "lateral_slip": np.zeros_like(v),
+            "friction_utilisation": predicted,
+            "friction_utilisation_predicted": predicted,
+            "tilt": np.zeros_like(v),
+        }
+
+    def _copy(self) -> State:
+        return State(self._state.t, self._state.g.copy(), self._state.xi.copy())
+
+
+def require_rolling(state: State) -> None:
+    """Raises ValueError for a state with lateral velocity, which no wheel allows, or whose arrays do not match."""
+    if state.g.shape != state.xi.shape or state.g.ndim < 2 or state.g.shape[-1] != 3:
+        raise ValueError(f"state: expected g and xi of shape (..., n, 3), got {state.g.shape} and {state.xi.shape}")
+    if np.any(state.xi[..., 1] != 0):
+        raise ValueError("state: v_y must be zero, the robots stand on wheels")
+
+
+def require_finite(state: State, names: tuple[str, ...]) -> None:
+    """Raises SimulationDiverged naming the first robot whose state is not finite."""
+    finite = np.isfinite(state.g).all(axis=-1) & np.isfinite(state.xi).all(axis=-1)
+    if not finite.all():
+        *batch, robot = np.argwhere(~finite)[0]
+        raise SimulationDiverged("state is not finite", names[robot], state.t, int(batch[0]) if batch else 0)

@@ -1,0 +1,14 @@
+"""Colours of the robots, the same in the scene, the film and the figures."""
+
+from __future__ import annotations
+
+__all__ = ["FOLLOWERS", "ROOT", "robot_colour"]
+
+# A set that colour-blind readers can tell apart (Okabe and Ito 2008), most readable on white first.
+ROOT = "#D55E00"
+FOLLOWERS = ("#0072B2", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#7F7F7F", "#B5A900")
+
+
+def robot_colour(index: int) -> str:
+    """Returns the colour `#RRGGBB` of a robot by its place in the recording; the root's is its own alone."""
+    return ROOT if index == 0 else FOLLOWERS[(index - 1) % len(FOLLOWERS)]
