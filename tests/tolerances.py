@@ -9,17 +9,17 @@ EPS = 2.0**-52
 # Numbers worked by hand to at least thirteen digits.
 HAND = 1e-12
 
-# -- SE(2): relative to the norm of what enters the sum --------------------------------------------------------
+# -- SE(2): relative to the norm of what enters the sum --------------------------------------------
 
 # Products of poses, Ad and ad: about ten rounded operations, sine and cosine within one EPS each.
 ALGEBRA = 16 * EPS
 
-# Rotation by theta_a + theta_b against two rotations: the rounded sum moves the angle by EPS/2 of its size, once
-# per sum; a test multiplies by the sum of the headings' magnitudes.
+# Rotation by theta_a + theta_b against two rotations: the rounded sum moves the angle by EPS/2 of its size,
+# once per sum; a test multiplies by the sum of the headings' magnitudes.
 ANGLE_SUM = 4 * EPS
 
-# exp, log and the Jacobians against the same in 60 decimal digits: two rounded quotients, a product and a sum.
-# V(theta) is a rotation times a number, so log does not lose digits even where V is nearly singular.
+# exp, log and the Jacobians against the same in 60 decimal digits: two rounded quotients, a product and a
+# sum. V(theta) is a rotation times a number, so log does not lose digits even where V is nearly singular.
 COEFFICIENT = 4 * EPS
 
 # exp, then log: both of the above.

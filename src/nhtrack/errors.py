@@ -38,6 +38,10 @@ class SimulationDiverged(NhtrackError):
         self.reason, self.robot, self.time, self.batch = reason, robot, time, batch
         super().__init__(f"{reason}: robot {robot!r} at t = {time:.3f} s (simulation {batch})")
 
+    def __reduce__(self) -> tuple[type[SimulationDiverged], tuple[str, str, float, int]]:
+        """Returns how to make the error anew, so that it can cross from a worker process."""
+        return type(self), (self.reason, self.robot, self.time, self.batch)
+
 
 @dataclass(frozen=True, order=True)
 class Fault:
@@ -67,6 +71,10 @@ class ScenarioError(NhtrackError):
     def __init__(self, source: str | Path, faults: Sequence[Fault]) -> None:
         self.source, self.faults = str(source), tuple(sorted(faults))
         super().__init__("\n".join(self._line(fault) for fault in self.faults))
+
+    def __reduce__(self) -> tuple[type[ScenarioError], tuple[str, tuple[Fault, ...]]]:
+        """Returns how to make the error anew, so that it can cross from a worker process."""
+        return type(self), (self.source, self.faults)
 
     def _line(self, fault: Fault) -> str:
         where = f"{self.source}:{fault.line}:{fault.column}" if fault.line else self.source

@@ -183,7 +183,7 @@ class Recording:
             raise RecordingError(f"{source}: no such recording")
         try:
             dataset = xr.load_dataset(source, engine="h5netcdf")
-        except (OSError, ValueError) as error:
+        except (OSError, ValueError, KeyError, RuntimeError) as error:  # what HDF5 says of damage, by place
             raise RecordingError(f"{source}: not a recording ({error})") from error
         version = int(dataset.attrs.get("format_version", 0))
         if not 1 <= version <= FORMAT_VERSION:

@@ -36,7 +36,7 @@ def turn(*poses: np.ndarray) -> float:
 
 
 def assert_within(actual: np.ndarray, expected: np.ndarray, bound: float) -> None:
-    """Fails where an entry is further off than the bound; NaN fails, and a bound of zero asks for equality."""
+    """Fails where an entry is further off than the bound, or NaN; a bound of zero asks for equality."""
     error = np.max(np.abs(actual - expected), initial=0.0)
     assert error <= bound, f"off by {error:.3g}, allowed {bound:.3g}"
 
@@ -47,7 +47,7 @@ def assert_same_pose(actual: np.ndarray, expected: np.ndarray, scale: float, ang
     assert_within(actual[2], expected[2], tol.ANGLE_SUM * angles)
 
 
-# -- independent references in sixty digits ---------------------------------------------------------------------
+# -- independent references in sixty digits --------------------------------------------------------
 
 
 def exact(array: np.ndarray) -> np.ndarray:
@@ -56,7 +56,7 @@ def exact(array: np.ndarray) -> np.ndarray:
 
 
 def matrix_series(generator: np.ndarray, first_factorial: int) -> np.ndarray:
-    """sum_k A^k / (k + first_factorial)!, k = 0 ... 69, for a 3x3 array of floats, rounded once at the end."""
+    """sum_k A^k / (k + first_factorial)!, k = 0 ... 69, for a 3x3 array, rounded once at the end."""
     with decimal.localcontext(prec=60):
         matrix = exact(generator)
         term = exact(np.eye(3)) / Decimal(math.factorial(first_factorial))
@@ -78,7 +78,7 @@ def solve_log(g: np.ndarray) -> np.ndarray:
         return np.array([float((s * x + c * y) / determinant), float((s * y - c * x) / determinant)])
 
 
-# -- the group ---------------------------------------------------------------------------------------------------
+# -- the group -------------------------------------------------------------------------------------
 
 
 @given(draw.poses, draw.poses, draw.poses)
@@ -113,7 +113,7 @@ def test_between_is_inverse_times_pose(a: np.ndarray, b: np.ndarray) -> None:
 
 @given(draw.any_angles, st.integers(-1000, 1000), st.integers(-1000, 1000))
 def test_between_loses_no_digits_far_from_the_origin(theta: float, x: int, y: int) -> None:
-    """Near poses 2^30 m away, every coordinate a double: the offset between them is seen as if at the origin."""
+    """Near poses 2^30 m away, every coordinate a double: their offset is seen as at the origin."""
     offset, place = np.array([x, y]) / 1024.0, np.array([2.0**30, -(2.0**30)])
     a, b = np.array([*place, theta]), np.array([*(place + offset), theta])
     expected = se2.between(np.array([0.0, 0.0, theta]), np.array([*offset, theta]))
@@ -133,7 +133,7 @@ def test_action_moves_the_origin_of_a_pose(g: np.ndarray, b: np.ndarray) -> None
     assert_within(se2.act(g, b[:2]), homogeneous[:2], tol.ALGEBRA * length(g, b))
 
 
-# -- exp and log -------------------------------------------------------------------------------------------------
+# -- exp and log -----------------------------------------------------------------------------------
 
 
 @given(draw.log_poses)
@@ -178,7 +178,7 @@ def test_log_of_the_inverse_is_minus_log(g: np.ndarray) -> None:
 
 @given(draw.log_poses)
 def test_mirror_image_has_the_mirrored_log(g: np.ndarray) -> None:
-    """Reflection in the x axis, exactly: what turns left on one side turns right on the other, at +-pi too."""
+    """Reflection in the x axis, exactly: what turned left turns right, at +-pi too."""
     mirror = np.array([1.0, -1.0, -1.0])
     np.testing.assert_array_equal(se2.log(g * mirror), se2.log(g) * mirror)
     np.testing.assert_array_equal(se2.exp(g * mirror), se2.exp(g) * mirror)
@@ -186,14 +186,14 @@ def test_mirror_image_has_the_mirrored_log(g: np.ndarray) -> None:
 
 @given(draw.lengths, draw.lengths)
 def test_sign_of_pi_names_the_branch(x: float, y: float) -> None:
-    """The same place reached by half a turn left and by half a turn right: q rotated by a right angle each way."""
+    """One place, reached by half a turn left or right: q is p rotated by a right angle each way."""
     left, right = se2.log(np.array([x, y, PI])), se2.log(np.array([x, y, -PI]))
     bound = tol.COEFFICIENT * PI * math.hypot(x, y)
     assert_within(left, np.array([y * PI / 2, -x * PI / 2, PI]), bound)
     assert_within(right, np.array([-y * PI / 2, x * PI / 2, -PI]), bound)
 
 
-# -- adjoints ----------------------------------------------------------------------------------------------------
+# -- adjoints --------------------------------------------------------------------------------------
 
 
 def moment(g: np.ndarray, *twists: np.ndarray) -> float:
@@ -253,7 +253,7 @@ def test_Ad_of_exp_is_the_series_of_ad(X: np.ndarray) -> None:
     assert_within(se2.Ad_matrix(se2.exp(X)), reference, tol.ALGEBRA * (1 + length(X)))
 
 
-# -- Jacobians of exp --------------------------------------------------------------------------------------------
+# -- Jacobians of exp ------------------------------------------------------------------------------
 
 
 @given(draw.log_poses)
@@ -261,7 +261,7 @@ def test_Ad_of_exp_is_the_series_of_ad(X: np.ndarray) -> None:
 @example(np.array([3.0, -2.0, 1.0]))
 @example(np.array([3.0, -2.0, math.nextafter(1.0, 0.0)]))
 def test_right_jacobian_is_the_series_of_minus_ad(X: np.ndarray) -> None:
-    """Rotation block and arm apart: each is a rotation times a number, so each is right to rounding by itself."""
+    """Rotation block and arm apart: each is a rotation times a number, so each is right to rounding."""
     J, reference = se2.right_jacobian(X), matrix_series(-se2.ad_matrix(X), 1)
     for block in (np.s_[:2, :2], np.s_[:2, 2], np.s_[2, :]):
         assert_within(J[block], reference[block], tol.COEFFICIENT * float(np.linalg.norm(reference[block])))
@@ -299,7 +299,7 @@ def test_left_jacobian_is_the_right_one_seen_from_the_parent_frame(X: np.ndarray
     assert_within(se2.left_jacobian(X), expected, tol.ALGEBRA * (1 + length(X)))
 
 
-# -- batches and other array libraries ---------------------------------------------------------------------------
+# -- batches and other array libraries -------------------------------------------------------------
 
 
 @pytest.mark.parametrize("function", UNARY)
@@ -371,7 +371,7 @@ def test_single_precision_stays_single(function) -> None:
     assert function(*arguments).dtype == np.float32
 
 
-# -- headings ----------------------------------------------------------------------------------------------------
+# -- headings --------------------------------------------------------------------------------------
 
 
 @given(draw.any_angles)
@@ -393,7 +393,7 @@ hystereses = st.floats(0.01, 3.0)
 
 @given(draw.heading_walks, hystereses)
 def test_winding_number_keeps_log_away_from_its_singularity(walk: list[float], hysteresis: float) -> None:
-    """After every update the heading is on the branch or at most the hysteresis past it, and turns are whole."""
+    """After every update the heading is at most the hysteresis past the branch, and turns are whole."""
     turns = None
     for theta in np.array(walk):
         turns = se2.winding_number(theta, turns, hysteresis)
@@ -412,7 +412,9 @@ def test_winding_number_changes_only_past_the_hysteresis(walk: list[float], hyst
 
 
 @given(st.integers(-5, 4), st.lists(st.floats(-0.999, 0.999), min_size=1, max_size=40), hystereses)
-def test_winding_number_does_not_chatter_at_the_antipode(half: int, noise: list[float], hysteresis: float) -> None:
+def test_winding_number_does_not_chatter_at_the_antipode(
+    half: int, noise: list[float], hysteresis: float
+) -> None:
     """Any noise smaller than the hysteresis about an odd multiple of pi: the first choice stands."""
     headings = (2 * half + 1) * PI + hysteresis * np.array(noise)
     first = turns = se2.winding_number(headings[0])

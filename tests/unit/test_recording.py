@@ -1,0 +1,221 @@
+"""What a run leaves behind: every bit comes back, and a failed write leaves nothing."""
+
+from __future__ import annotations
+
+import errno
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from nhtrack.errors import RecordingError
+from nhtrack.recording import FORMAT_VERSION, VARIABLES, Recording, atomic_path, make_recording
+
+ROBOTS = ("leader", "follower")
+ATTRIBUTES: dict[str, Any] = {
+    "name": "example1",
+    "backend": "mujoco",
+    "length_scale": 0.004,
+    "time_scale": 4.0,
+    "seed": 7,
+    "outcome": "completed",
+    "model_hash": "3f",
+    "parents": {"leader": [], "follower": ["leader"]},
+    "scenario": {"name": "example1", "duration": 20.0, "leader": {"start": {"pose": [0, 0, 0.1]}}},
+    "versions": {"nhtrack": "0.1.0", "mujoco": "3.17.0"},
+}
+
+
+def sample(times: int = 5, **changes: Any) -> Recording:
+    """A recording with every variable, random bits, NaN for the root, infinities, -0.0 and denormals."""
+    random = np.random.default_rng(0)
+    components = {"pose_component": 3, "twist_component": 3, "input_component": 2, "wheel": 2}
+    variables = {}
+    for name, spec in VARIABLES.items():
+        values = random.standard_normal((times, len(ROBOTS), *(components[dim] for dim in spec.dims)))
+        variables[name] = values
+    variables["leader_pose"][:, 0] = np.nan
+    variables["tilt"][:4, 1] = [np.inf, -np.inf, -0.0, 5e-324][:times]  # what text formats lose
+    qpos = random.standard_normal((times, 19))
+    return make_recording(0.01 * np.arange(times), ROBOTS, variables, ATTRIBUTES | changes, qpos)
+
+
+def assert_same_bits(actual: xr.Dataset, expected: xr.Dataset) -> None:
+    assert list(actual.variables) == list(expected.variables)
+    for name in expected.variables:
+        assert actual[name].dims == expected[name].dims
+        assert actual[name].attrs == expected[name].attrs
+        if expected[name].dtype == object:
+            assert list(actual[name].values) == list(expected[name].values)
+        else:
+            assert actual[name].dtype == expected[name].dtype
+            assert actual[name].values.tobytes() == expected[name].values.tobytes()
+
+
+def test_every_bit_comes_back(tmp_path: Path) -> None:
+    before = sample()
+    after = Recording.load(before.save(tmp_path / "deep" / "er" / "recording.nc"))
+    assert_same_bits(after.dataset, before.dataset)
+    assert after.dataset.attrs == before.dataset.attrs
+
+
+def test_loaded_twice_and_saved_again_is_the_same(tmp_path: Path) -> None:
+    first = Recording.load(sample().save(tmp_path / "a.nc"))
+    second = Recording.load(first.save(tmp_path / "b.nc"))
+    assert_same_bits(second.dataset, first.dataset)
+
+
+@pytest.mark.parametrize("times", [0, 1])
+def test_run_that_ended_at_once_is_a_recording_too(tmp_path: Path, times: int) -> None:
+    before = sample(times, outcome="interrupted")
+    after = Recording.load(before.save(tmp_path / "recording.nc"))
+    assert_same_bits(after.dataset, before.dataset)
+    assert "example1" in repr(after)
+
+
+def test_properties_read_what_was_stored(tmp_path: Path) -> None:
+    recording = Recording.load(sample().save(tmp_path / "recording.nc"))
+    assert recording.name == "example1"
+    assert recording.backend == "mujoco"
+    assert recording.robots == ROBOTS
+    assert recording.followers == ("follower",)
+    assert recording.parents == {"leader": (), "follower": ("leader",)}
+    assert (recording.length_scale, recording.time_scale) == (0.004, 4.0)
+    assert recording.outcome == "completed"
+    assert recording.scenario == ATTRIBUTES["scenario"]
+    assert recording.versions == ATTRIBUTES["versions"]
+    assert recording.dataset.attrs["seed"] == 7
+    np.testing.assert_array_equal(recording.time, [0.0, 0.01, 0.02, 0.03, 0.04])
+    assert repr(recording) == "Recording('example1', 2 robots, 0.04 s, backend='mujoco')"
+
+
+def test_variables_carry_units_and_named_components() -> None:
+    recording = sample()
+    for name, spec in VARIABLES.items():
+        assert recording[name].attrs == {"units": spec.units, "long_name": spec.long_name}
+    heading = recording["pose"].sel(robot="follower", pose_component="theta")
+    assert heading.dims == ("time",)
+    torque = recording["wheel_torque"].sel(wheel="left", robot="leader")
+    np.testing.assert_array_equal(torque, recording.dataset["wheel_torque"].values[:, 0, 0])
+
+
+def test_unknown_variable_is_refused_with_the_known_ones() -> None:
+    with pytest.raises(RecordingError, match=r"unknown variables \['speed'\]; known: pose, twist, input"):
+        make_recording(np.zeros(1), ("leader",), {"speed": np.zeros((1, 1))}, ATTRIBUTES)
+
+
+def test_missing_variable_is_named_with_those_there() -> None:
+    recording = make_recording(np.zeros(1), ("leader",), {"tilt": np.zeros((1, 1))}, ATTRIBUTES)
+    with pytest.raises(RecordingError, match="no variable 'pose' in this recording; it has tilt"):
+        recording["pose"]
+
+
+def test_newer_format_is_refused(tmp_path: Path) -> None:
+    recording = sample()
+    recording.dataset.attrs["format_version"] = FORMAT_VERSION + 1
+    path = recording.save(tmp_path / "recording.nc")
+    message = f"recording format {FORMAT_VERSION + 1}; this version reads 1 to {FORMAT_VERSION}"
+    with pytest.raises(RecordingError, match=message):
+        Recording.load(path)
+
+
+def test_other_netcdf_file_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "weather.nc"
+    xr.Dataset({"rain": ("day", np.zeros(3))}).to_netcdf(path, engine="h5netcdf")
+    with pytest.raises(RecordingError, match="recording format 0"):
+        Recording.load(path)
+
+
+def test_missing_file_is_named(tmp_path: Path) -> None:
+    with pytest.raises(RecordingError, match=re.escape(f"{tmp_path / 'no.nc'}: no such recording")):
+        Recording.load(tmp_path / "no.nc")
+    with pytest.raises(RecordingError, match="no such recording"):
+        Recording.load(tmp_path)
+
+
+@pytest.mark.parametrize("share", [0.0, 0.001, 0.1, 0.5, 0.9, 0.999])
+def test_truncated_file_is_refused(tmp_path: Path, share: float) -> None:
+    whole = sample().save(tmp_path / "recording.nc").read_bytes()
+    path = tmp_path / "cut.nc"
+    path.write_bytes(whole[: int(share * len(whole))])
+    with pytest.raises(RecordingError, match=re.escape(f"{path}: not a recording")):
+        Recording.load(path)
+
+
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")  # of h5netcdf's half-open file
+def test_damage_is_refused_or_leaves_the_numbers_alone(tmp_path: Path) -> None:
+    """Thirty bytes overwritten anywhere: refused as damaged, or every number is still right."""
+    before = sample()
+    whole, path = before.save(tmp_path / "recording.nc").read_bytes(), tmp_path / "damaged.nc"
+    random, refused = np.random.default_rng(0), 0
+    for start in random.integers(0, len(whole) - 30, size=25):
+        path.write_bytes(whole[:start] + random.bytes(30) + whole[start + 30 :])
+        try:
+            after = Recording.load(path)
+        except RecordingError:
+            refused += 1
+            continue
+        for name in VARIABLES:
+            np.testing.assert_array_equal(after[name].values, before[name].values)
+    assert refused > 0
+
+
+def test_text_file_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "scenario.yaml"
+    path.write_text("name: example1\n")
+    with pytest.raises(RecordingError, match="not a recording"):
+        Recording.load(path)
+
+
+@pytest.mark.parametrize("failure", [KeyboardInterrupt(), OSError(errno.ENOSPC, "No space left on device")])
+@pytest.mark.parametrize("old", [None, b"the old file"])
+def test_failed_write_leaves_all_as_it_was(tmp_path: Path, failure: BaseException, old: bytes | None) -> None:
+    target = tmp_path / "recording.nc"
+    if old is not None:
+        target.write_bytes(old)
+
+    def write_half() -> None:
+        with atomic_path(target) as temporary:
+            temporary.write_bytes(b"half")
+            raise failure
+
+    with pytest.raises(type(failure)):
+        write_half()
+    assert [path.name for path in tmp_path.iterdir()] == ([] if old is None else ["recording.nc"])
+    assert old is None or target.read_bytes() == old
+
+
+def test_full_disk_while_saving_leaves_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The disk fills while the file is written: netCDF writer stopped half way."""
+
+    def full(self: xr.Dataset, path: Path, **_: Any) -> None:
+        Path(path).write_bytes(b"half")
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(xr.Dataset, "to_netcdf", full)
+    with pytest.raises(OSError, match="No space left"):
+        sample().save(tmp_path / "recording.nc")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_target_appears_only_when_it_is_whole(tmp_path: Path) -> None:
+    target = tmp_path / "result.json"
+    with atomic_path(target) as temporary:
+        temporary.write_text("{}")
+        assert not target.exists()
+        assert (temporary.parent, temporary.suffix) == (tmp_path, ".json")
+    assert target.read_text() == "{}"
+    ordinary = tmp_path / "ordinary"
+    ordinary.touch()
+    assert target.stat().st_mode == ordinary.stat().st_mode
+
+
+def test_saving_again_replaces(tmp_path: Path) -> None:
+    path = tmp_path / "recording.nc"
+    sample(3).save(path)
+    sample(4).save(path)
+    assert Recording.load(path).time.size == 4
+    assert [entry.name for entry in tmp_path.iterdir()] == ["recording.nc"]
