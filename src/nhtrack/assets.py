@@ -14,12 +14,14 @@ class AssetError(NhtrackError):
 
 
 def _directory(name: str) -> Path:
-    """Returns `_bundled/<name>` of an installed wheel, or `<name>` at the root of the checkout of an editable install."""
+    """Returns `_bundled/<name>` of an installed wheel, or `<name>` at the root of a checkout."""
     bundled, checkout = _PACKAGE / "_bundled" / name, _PACKAGE.parents[1] / name
     for candidate in (bundled, checkout):
         if candidate.is_dir():
             return candidate
-    raise AssetError(f"the {name}/ folder is missing from this installation; looked in {bundled} and {checkout}")
+    raise AssetError(
+        f"the {name}/ folder is missing from this installation; looked in {bundled} and {checkout}"
+    )
 
 
 def models_directory() -> Path:

@@ -1,7 +1,7 @@
 """The communication graph: who tracks whom.
 
-An edge goes from a parent to the robot that tracks it. The root is the leader; everybody else has at least one parent and is
-reached from the root, and nobody tracks itself through others.
+An edge goes from a parent to the robot that tracks it. The root is the leader; everybody else has at least
+one parent and is reached from the root, and nobody tracks itself through others.
 """
 
 from __future__ import annotations
@@ -23,11 +23,13 @@ class NetworkFault:
         robot: the robot whose parents are at fault.
         parent: which of its parents, by index, or None where the whole list is meant.
         message: what is wrong and what would be right.
+        unknown: whether it is that the parent does not exist.
     """
 
     robot: str
     parent: int | None
     message: str
+    unknown: bool = False
 
 
 class NetworkError(NhtrackError):
@@ -49,8 +51,8 @@ class Network:
     Attributes:
         names: the robots, root first, the others in the order given.
         parents: indices of each robot's parents, in the order given; () for the root.
-        levels: indices of the robots by the length of the longest way from the root, shape (robots of the level,);
-            level 0 is the root. A robot's parents all lie in earlier levels.
+        levels: indices of the robots by the length of the longest way from the root, shape (robots of the
+            level,); level 0 is the root. A robot's parents all lie in earlier levels.
     """
 
     names: tuple[str, ...]
@@ -66,7 +68,8 @@ class Network:
         """Returns the network of every robot's list of parents; the root is the robot with an empty list.
 
         Raises:
-            NetworkError: no root or several, an unknown or repeated parent, a robot tracking itself, a cycle, or a robot the
+            NetworkError: no root or several, an unknown or repeated parent, a robot tracking itself, a cycle,
+            or a robot the
                 root does not reach.
         """
         faults = network_faults(parents)
@@ -77,13 +80,14 @@ class Network:
         names = (root, *(name for name in parents if name != root))
         index = {name: i for i, name in enumerate(names)}
         levels = tuple(
-            np.array(sorted(index[name] for name in level), dtype=np.intp) for level in nx.topological_generations(graph)
+            np.array(sorted(index[name] for name in level), dtype=np.intp)
+            for level in nx.topological_generations(graph)
         )
         return cls(names, tuple(tuple(index[parent] for parent in parents[name]) for name in names), levels)
 
 
 def network_faults(parents: Mapping[str, Sequence[str]]) -> list[NetworkFault]:
-    """Returns everything that keeps a mapping from robot to parents from being a network; empty if nothing does."""
+    """Returns everything that keeps a mapping from robot to parents from being a network."""
     faults = [*_root_faults(parents), *_parent_faults(parents)]
     blamed = {fault.robot for fault in faults}
     graph = _graph(parents)
@@ -121,7 +125,9 @@ def _root_faults(parents: Mapping[str, Sequence[str]]) -> Iterator[NetworkFault]
         yield NetworkFault(next(iter(parents)), None, "every robot has parents, so nobody leads")
     for name in roots[1:]:
         others = [other for other in parents if other != name]
-        yield NetworkFault(name, None, f"no parents: a follower tracks someone; available: {', '.join(others)}")
+        yield NetworkFault(
+            name, None, f"no parents: a follower tracks someone; available: {', '.join(others)}"
+        )
 
 
 def _parent_faults(parents: Mapping[str, Sequence[str]]) -> Iterator[NetworkFault]:
@@ -132,13 +138,13 @@ def _parent_faults(parents: Mapping[str, Sequence[str]]) -> Iterator[NetworkFaul
                 yield NetworkFault(name, i, f"{name!r} cannot track itself")
             elif parent not in parents:
                 hint = did_you_mean(parent, [other for other in parents if other != name])
-                yield NetworkFault(name, i, f"no robot {parent!r}; {hint}")
+                yield NetworkFault(name, i, f"no robot {parent!r}; {hint}", unknown=True)
             elif parent in others[:i]:
                 yield NetworkFault(name, i, f"parent {parent!r} is listed twice")
 
 
 def _cycle_faults(graph: nx.DiGraph, parents: Mapping[str, Sequence[str]]) -> Iterator[NetworkFault]:
-    """Yields one fault for every group of robots that track each other, at the member that comes first in the file."""
+    """Yields one fault for every group of robots that track each other, at its first member."""
     order = {name: i for i, name in enumerate(parents)}
     for group in nx.strongly_connected_components(graph):
         if len(group) == 1:

@@ -1,7 +1,8 @@
 """The leader's input u0(t): what the root of the network is commanded over time.
 
-A signal is a scalar function of time; a reference is a pair of them, (u_x [m/s^2], u_theta [rad/s^2]) in whatever units
-its time is in. Nothing here knows of files or of scales: `nhtrack.similarity` maps times and inputs to the robot.
+A signal is a scalar function of time; a reference is a pair of them, (u_x [m/s^2], u_theta [rad/s^2]) in
+whatever units its time is in. Nothing here knows of files or of scales: `nhtrack.similarity` maps times and
+inputs to the robot.
 """
 
 from __future__ import annotations
@@ -80,13 +81,15 @@ _GRAMMAR: tuple[type[ast.AST], ...] = (
 
 
 class _Normalise(ast.NodeTransformer):
-    """Turns `where(c, a, b)` into `a if c else b`, which evaluates one branch only, and integers into floats."""
+    """Turns `where(c, a, b)` into `a if c else b`, which asks one branch only, and integers into floats."""
 
     def visit_Call(self, node: ast.Call) -> ast.AST:
         self.generic_visit(node)
         if isinstance(node.func, ast.Name) and node.func.id == "where":
             if len(node.args) != 3:
-                raise ReferenceInputError(f"where(condition, a, b) takes three arguments, got {len(node.args)}")
+                raise ReferenceInputError(
+                    f"where(condition, a, b) takes three arguments, got {len(node.args)}"
+                )
             condition, chosen, otherwise = node.args
             return ast.copy_location(ast.IfExp(condition, chosen, otherwise), node)
         return node
@@ -98,7 +101,7 @@ class _Normalise(ast.NodeTransformer):
 
 
 def _as_float(value: float) -> float:
-    """Returns `value` as a float; float powers overflow at once where integer powers would fill the memory."""
+    """Returns `value` as a float; float powers overflow where integer powers fill the memory."""
     try:
         return float(value)
     except OverflowError:
@@ -108,7 +111,9 @@ def _as_float(value: float) -> float:
 def _parse(text: str) -> ast.Expression:
     """Returns the syntax tree of an expression in t, with every name and construct in it known."""
     if len(text) > LONGEST_EXPRESSION:
-        raise ReferenceInputError(f"an expression may have {LONGEST_EXPRESSION} characters, this has {len(text)}")
+        raise ReferenceInputError(
+            f"an expression may have {LONGEST_EXPRESSION} characters, this has {len(text)}"
+        )
     if not text.strip():
         raise ReferenceInputError("the expression is empty; write a number or a formula in t")
     try:
@@ -122,7 +127,8 @@ def _parse(text: str) -> ast.Expression:
         if not isinstance(node, _GRAMMAR) or (isinstance(node, ast.Call) and node.keywords):
             raise ReferenceInputError(f"{text!r}: {type(node).__name__} is not part of an expression in t")
     _require_known_names(tree)
-    return ast.fix_missing_locations(_Normalise().visit(tree))
+    normal: ast.Expression = ast.fix_missing_locations(_Normalise().visit(tree))
+    return normal
 
 
 def _require_known_names(tree: ast.Expression) -> None:
@@ -133,7 +139,9 @@ def _require_known_names(tree: ast.Expression) -> None:
         if not isinstance(node, ast.Name):
             raise ReferenceInputError("only functions can be called in an expression")
         if node.id not in functions:
-            raise ReferenceInputError(f"unknown function {node.id!r}; {did_you_mean(node.id, sorted(functions))}")
+            raise ReferenceInputError(
+                f"unknown function {node.id!r}; {did_you_mean(node.id, sorted(functions))}"
+            )
     for name in (node for node in ast.walk(tree) if isinstance(node, ast.Name) and node not in called):
         if name.id in functions:
             raise ReferenceInputError(f"{name.id!r} is a function: write {name.id}(...)")
@@ -145,8 +153,8 @@ def _require_known_names(tree: ast.Expression) -> None:
 class Expression:
     """A formula in the time t, such as `0.15*cos(0.4*t)` or `where(t < 2, 0.5, 0)`.
 
-    The text is parsed once and never handed to Python's `eval`; only arithmetic, comparisons, `a if c else b` and the names
-    of `VOCABULARY` exist in it. A comparison counts 1 where it holds and 0 elsewhere.
+    The text is parsed once and never handed to Python's `eval`; only arithmetic, comparisons, `a if c else b`
+    and the names of `VOCABULARY` exist in it. A comparison counts 1 where it holds and 0 elsewhere.
 
     Attributes:
         text: the formula.
@@ -165,7 +173,8 @@ class Expression:
         """Returns the values at the times `t`, both of shape (T,).
 
         Raises:
-            ReferenceInputError: the value at some time is not a finite real number; it names the first such time.
+            ReferenceInputError: the value at some time is not a finite real number; it names the first such
+            time.
         """
         times = np.asarray(t, dtype=np.float64)
         constant = not any(isinstance(node, ast.Name) and node.id == "t" for node in ast.walk(self._tree))
@@ -173,7 +182,9 @@ class Expression:
         evaluator = SimpleEval(operators=_OPERATORS, functions=FUNCTIONS, names=names)
         if constant and times.size:
             return np.full(times.shape, self._value(evaluator, names, float(times[0])))
-        return np.array([self._value(evaluator, names, float(instant)) for instant in times], dtype=np.float64)
+        return np.array(
+            [self._value(evaluator, names, float(instant)) for instant in times], dtype=np.float64
+        )
 
     def _value(self, evaluator: SimpleEval, names: dict[str, float], t: float) -> float:
         names["t"] = t
@@ -193,10 +204,10 @@ def make_signal(value: float | str) -> Expression:
 
 @dataclass(frozen=True)
 class Segments:
-    """Signals one after the other: `signals[i]` on [ends[i-1], ends[i]), the last end may be infinite; 0 after it.
+    """Signals one after the other: `signals[i]` on [ends[i-1], ends[i]), and 0 after the last end.
 
     Attributes:
-        ends: strictly increasing positive times, shape n.
+        ends: strictly increasing positive times, the last may be infinite, shape n.
         signals: what holds before each end, shape n.
 
     Raises:
@@ -213,10 +224,11 @@ class Segments:
             raise ReferenceInputError(f"segments must end at increasing times after 0, got {list(self.ends)}")
 
     def __call__(self, t: np.ndarray) -> np.ndarray:
-        """Returns the values at the times `t`, both of shape (T,); each formula is asked only inside its segment."""
+        """Returns the values at the times `t`, both of shape (T,); a formula is asked in its segment only."""
         times = np.asarray(t, dtype=np.float64)
-        # A control instant that rounding left just short of an end belongs to the next segment: pieces meant to cancel
-        # (speed up for 1 s, brake for 1 s) then hold for equally many periods and stop the leader exactly.
+        # A control instant that rounding left just short of an end belongs to the next segment: pieces meant
+        # to cancel (speed up for 1 s, brake for 1 s) then hold for equally many periods and stop the leader
+        # exactly.
         ends = np.array(self.ends) * (1.0 - 1e-12)
         index = np.searchsorted(ends, times, side="right")
         values = np.zeros(times.shape)
@@ -228,12 +240,12 @@ class Segments:
 
 @dataclass(frozen=True)
 class Table:
-    """Samples of a signal, held (`previous`) or joined by lines (`linear`); constant before the first and after the last.
+    """Samples of a signal, held or joined by lines; constant before the first and after the last.
 
     Attributes:
         times: strictly increasing times, shape (n,).
         values: values at them, shape (n,).
-        interpolation: what holds between two samples.
+        interpolation: `previous` holds each sample until the next, `linear` joins them.
 
     Raises:
         ReferenceInputError: no rows, times that do not increase, or a number that is not finite.
@@ -246,19 +258,25 @@ class Table:
     def __post_init__(self) -> None:
         times, values = np.asarray(self.times), np.asarray(self.values)
         if times.size == 0 or times.shape != values.shape:
-            raise ReferenceInputError(f"a table needs as many times as values, got {times.size} and {values.size}")
+            raise ReferenceInputError(
+                f"a table needs as many times as values, got {times.size} and {values.size}"
+            )
         if not (np.isfinite(times).all() and np.isfinite(values).all()):
             raise ReferenceInputError("a table may hold finite numbers only")
         if times.size > 1 and (late := np.flatnonzero(np.diff(times) <= 0)).size:
             row = int(late[0])
-            raise ReferenceInputError(f"the times of a table must increase, got {times[row]:g} before {times[row + 1]:g}")
+            raise ReferenceInputError(
+                f"the times of a table must increase, got {times[row]:g} before {times[row + 1]:g}"
+            )
 
     def __call__(self, t: np.ndarray) -> np.ndarray:
         """Returns the values at the times `t`, both of shape (T,)."""
         times, values = np.asarray(self.times), np.asarray(self.values)
         if self.interpolation == "linear":
-            return np.interp(np.asarray(t, dtype=np.float64), times, values)
-        starts = times - 1e-12 * np.abs(times)  # as in `Segments`: an instant a rounding early counts as on time
+            return np.asarray(np.interp(t, times, values), dtype=np.float64)
+        starts = times - 1e-12 * np.abs(
+            times
+        )  # as in `Segments`: an instant a rounding early counts as on time
         index = np.searchsorted(starts, t, side="right") - 1
         return np.asarray(values[np.clip(index, 0, None)], dtype=np.float64)
 
@@ -291,7 +309,11 @@ class Reference:
 
     @classmethod
     def from_table(
-        cls, t: Sequence[float], u_x: Sequence[float], u_theta: Sequence[float], interpolation: Interpolation = "previous"
+        cls,
+        t: Sequence[float],
+        u_x: Sequence[float],
+        u_theta: Sequence[float],
+        interpolation: Interpolation = "previous",
     ) -> Reference:
         """Returns the reference of sampled accelerations, all three of length n."""
         times = tuple(t)
@@ -299,7 +321,7 @@ class Reference:
 
 
 def make_segments(segments: Sequence[tuple[float | None, float | str]]) -> Segments:
-    """Returns the signal of (end or None, number or formula) pairs; None means for ever and may only come last."""
+    """Returns the signal of (end, number or formula) pairs; the last end may be None, for ever."""
     if any(end is None for end, _ in segments[:-1]):
         raise ReferenceInputError("only the last segment may go without an end")
     ends = tuple(math.inf if end is None else float(end) for end, _ in segments)

@@ -1,8 +1,9 @@
-"""Length and time scaling between a scenario's own units and the robot's (THEORY of similarity, docs/theory.md).
+"""Length and time scaling between a scenario's own units and the robot's.
 
 The laws are equivariant under x -> L x and t -> T t when accelerations and gains scale along:
-`v -> v L/T`, `omega -> omega/T`, `u_x -> u_x L/T^2`, `u_theta -> u_theta/T^2`, `kp, ke -> /T^2`, `kd -> /T`, k unchanged.
-Gravity, friction and the robot do not scale, so a factor chooses how hard the ground has to work, and nothing else.
+`v -> v L/T`, `omega -> omega/T`, `u_x -> u_x L/T^2`, `u_theta -> u_theta/T^2`, `kp, ke -> /T^2`, `kd -> /T`,
+k unchanged. Gravity, friction and the robot do not scale, so a factor chooses how hard the ground has to
+work, and nothing else.
 """
 
 from __future__ import annotations
@@ -65,7 +66,7 @@ class Similarity:
         return self._scaled("poses", g, (1.0 / self.length, 1.0 / self.length, 1.0))
 
     def twists_to_robot(self, xi: Array) -> Array:
-        """Returns body twists (v_x [m/s], v_y [m/s], omega [rad/s]), (L/T v_x, L/T v_y, omega/T), shape (..., 3)."""
+        """Returns body twists (v_x, v_y [m/s], omega [rad/s]): (L v_x, L v_y, omega)/T, shape (..., 3)."""
         speed = self.length / self.time
         return self._scaled("twists", xi, (speed, speed, 1.0 / self.time))
 
@@ -75,7 +76,7 @@ class Similarity:
         return self._scaled("twists", xi, (speed, speed, self.time))
 
     def inputs_to_robot(self, u: Array) -> Array:
-        """Returns accelerations (u_x [m/s^2], u_theta [rad/s^2]), (L/T^2 u_x, u_theta/T^2), shape (..., 2)."""
+        """Returns accelerations (u_x [m/s^2], u_theta [rad/s^2]): (L u_x, u_theta)/T^2, shape (..., 2)."""
         return self._scaled("inputs", u, (self.length / self.time**2, 1.0 / self.time**2))
 
     def inputs_to_scenario(self, u: Array) -> Array:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import copy
-import csv
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path as FilePath
 from typing import Any
@@ -14,18 +13,26 @@ from ruamel.yaml.error import YAMLError
 from nhtrack import assets
 from nhtrack.errors import Fault, ScenarioError, did_you_mean
 from nhtrack.scenario.checks import findings, is_robot_file
+from nhtrack.scenario.inputs import read_table
 from nhtrack.scenario.messages import shape_faults
 from nhtrack.scenario.schema import Scenario
-from nhtrack.scenario.tree import Document, Path, ancestors, dotted, lookup, parse_path, parse_yaml, plain_value
-
-CSV_COLUMNS = ("t", "u_x", "u_theta")
+from nhtrack.scenario.tree import (
+    Document,
+    Path,
+    ancestors,
+    dotted,
+    lookup,
+    parse_path,
+    parse_yaml,
+    plain_value,
+)
 
 
 def load(source: str | FilePath, overrides: Sequence[str] = ()) -> Scenario:
     """Returns the scenario of a YAML file, or of a bundled scenario by name (`paper/example1`).
 
-    Files it names (robot, CSV) are found relative to it; a CSV is read into the scenario, so that the scenario alone
-    reproduces the run.
+    Files it names (robot, CSV) are found relative to it; a CSV is read into the scenario, so that the
+    scenario alone reproduces the run.
 
     Args:
         source: path of the file, or the name of a bundled scenario.
@@ -39,7 +46,10 @@ def load(source: str | FilePath, overrides: Sequence[str] = ()) -> Scenario:
 
 
 def load_text(
-    text: str, source: str | FilePath = "<text>", directory: FilePath | None = None, overrides: Sequence[str] = ()
+    text: str,
+    source: str | FilePath = "<text>",
+    directory: FilePath | None = None,
+    overrides: Sequence[str] = (),
 ) -> Scenario:
     """Returns the scenario of a YAML text.
 
@@ -56,7 +66,10 @@ def load_text(
 
 
 def load_tree(
-    tree: Mapping[str, Any], source: str | FilePath = "<scenario>", directory: FilePath | None = None, overrides: Sequence[str] = ()
+    tree: Mapping[str, Any],
+    source: str | FilePath = "<scenario>",
+    directory: FilePath | None = None,
+    overrides: Sequence[str] = (),
 ) -> Scenario:
     """Returns the scenario of a tree, such as the one a recording carries; arguments as in `load_text`.
 
@@ -123,7 +136,9 @@ def _assign(tree: Any, path: Path, value: Any) -> None:
             node = node[step]
 
 
-def _load_document(document: Document, source: str | FilePath, directory: FilePath, overrides: Sequence[str]) -> Scenario:
+def _load_document(
+    document: Document, source: str | FilePath, directory: FilePath, overrides: Sequence[str]
+) -> Scenario:
     """Returns the scenario of a parsed file; runs every check that still can."""
     if document.tree is None:
         raise ScenarioError(source, document.faults or [Fault(0, 0, "", "the file is empty")])
@@ -140,7 +155,9 @@ def _load_document(document: Document, source: str | FilePath, directory: FilePa
     problems += [(path, message) for path, message in findings(tree, directory) if path not in known]
     unreadable = {fault.key for fault in document.faults if "twice" not in fault.message}
     faults = document.faults + [
-        _placed(path, message, document, changed) for path, message in problems if dotted(path) not in unreadable
+        _placed(path, message, document, changed)
+        for path, message in problems
+        if dotted(path) not in unreadable
     ]
     if faults or scenario is None:
         raise ScenarioError(source, list(dict.fromkeys(faults)))
@@ -148,7 +165,7 @@ def _load_document(document: Document, source: str | FilePath, directory: FilePa
 
 
 def _placed(path: Path, message: str, document: Document, changed: Mapping[Path, str]) -> Fault:
-    """Returns the fault of a path: at its key, else at the nearest key above it, unless the command line put it there."""
+    """Returns the fault of a path, placed at its key or the nearest above it, or on the command line."""
     for here in ancestors(path):
         if here in changed:
             return Fault(0, 0, dotted(path), f"{message} (from --set {changed[here]})")
@@ -158,7 +175,7 @@ def _placed(path: Path, message: str, document: Document, changed: Mapping[Path,
 
 
 def _resolve(tree: Any, directory: FilePath, problems: list[tuple[Path, str]]) -> Any:
-    """Returns the tree with the files it names found: a robot file by its full path, a CSV file as a table."""
+    """Returns the tree with the files it names found: a robot by its full path, a CSV file as a table."""
     if not isinstance(tree, dict):
         return tree
     resolved = dict(tree)
@@ -167,49 +184,13 @@ def _resolve(tree: Any, directory: FilePath, problems: list[tuple[Path, str]]) -
         resolved["robot"] = str((directory / robot).resolve())
     if isinstance(given, dict) and isinstance(given.get("csv"), str) and given["csv"]:
         try:
-            table = _read_table(directory / given["csv"])
+            table = read_table(directory / given["csv"])
         except ValueError as error:
             problems.append((("leader", "input", "csv"), str(error)))
         else:
             rest = {key: value for key, value in given.items() if key != "csv"}
             resolved["leader"] = {**tree["leader"], "input": {"table": table, **rest}}
     return resolved
-
-
-def _read_table(path: FilePath) -> dict[str, list[float]]:
-    """Returns the columns of a CSV file of inputs.
-
-    Raises:
-        ValueError: no such file, columns missing, or a cell that is not a number.
-    """
-    if not path.is_file():
-        raise ValueError(f"no CSV file {str(path)!r}")
-    try:
-        rows = list(csv.reader(path.read_text(encoding="utf-8-sig").splitlines(), skipinitialspace=True))
-    except (UnicodeDecodeError, csv.Error) as error:
-        raise ValueError(f"{path.name}: not a CSV file of text ({error})") from None
-    header = [cell.strip() for cell in rows[0]] if rows else []
-    missing = [name for name in CSV_COLUMNS if name not in header]
-    if missing:
-        raise ValueError(f"{path.name}: needs the columns t, u_x, u_theta in its first line, got {', '.join(header) or 'nothing'}")
-    columns: dict[str, list[float]] = {name: [] for name in CSV_COLUMNS}
-    for number, row in enumerate(rows[1:], start=2):
-        if not any(cell.strip() for cell in row):
-            continue
-        for name in CSV_COLUMNS:
-            columns[name].append(_cell(path, number, name, row, header.index(name)))
-    if not columns["t"]:
-        raise ValueError(f"{path.name}: no rows under the header")
-    return columns
-
-
-def _cell(path: FilePath, line: int, name: str, row: Sequence[str], index: int) -> float:
-    if index >= len(row):
-        raise ValueError(f"{path.name} line {line}: no value for {name}")
-    try:
-        return float(row[index])
-    except ValueError:
-        raise ValueError(f"{path.name} line {line}: {name} must be a number, got {row[index]!r}") from None
 
 
 def _scenario_path(source: str | FilePath) -> FilePath:
@@ -223,7 +204,9 @@ def _scenario_path(source: str | FilePath) -> FilePath:
     if name in assets.bundled_scenarios():
         return assets.find_scenario(name)
     hint = did_you_mean(name.removesuffix(".yaml"), assets.bundled_scenarios())
-    raise ScenarioError(source, [Fault(0, 0, "", f"no such file, and no bundled scenario of that name; {hint}")])
+    raise ScenarioError(
+        source, [Fault(0, 0, "", f"no such file, and no bundled scenario of that name; {hint}")]
+    )
 
 
 def _read(path: FilePath) -> str:

@@ -35,7 +35,9 @@ def shape_faults(tree: Any, error: ValidationError) -> Iterator[tuple[Path, str]
     places = [tuple(problem["loc"]) for problem in problems]
     for problem, loc in zip(problems, places, strict=True):
         # A list whose items are at fault counts as short only because they are.
-        if problem["type"] == "too_short" and any(other[: len(loc)] == loc and other != loc for other in places):
+        if problem["type"] == "too_short" and any(
+            other[: len(loc)] == loc and other != loc for other in places
+        ):
             continue
         path = tree_path(tree, loc)
         if problem["type"] == "union_tag_invalid":
@@ -56,7 +58,9 @@ def tree_path(tree: Any, loc: tuple[str | int, ...]) -> Path:
 
 def _message(tree: Any, loc: tuple[str | int, ...], problem: Any) -> str:
     kind, given, context = str(problem["type"]), problem["input"], problem.get("ctx") or {}
-    name = str(next((step for step in reversed(loc) if isinstance(step, str) and not step.startswith("<")), ""))
+    name = str(
+        next((step for step in reversed(loc) if isinstance(step, str) and not step.startswith("<")), "")
+    )
     if kind == "fault":
         return str(context["message"])
     if kind == "too_long":

@@ -1,10 +1,11 @@
 """What a scenario file may say: every key, its type, its unit, its bounds.
 
-These models are the single source of the JSON Schema (`nhtrack schema`) and of docs/scenario.md. They judge one key at a
-time; what several keys mean together is judged in `nhtrack.scenario.checks`, and `nhtrack.scenario.load` runs both.
+These models are the single source of the JSON Schema (`nhtrack schema`) and of docs/scenario.md. They judge
+one key at a time; what several keys mean together is judged in `nhtrack.scenario.checks`, and
+`nhtrack.scenario.load` runs both.
 
-"Scenario units" below are whatever length and time unit the file is written in; `similarity` maps them to metres and
-seconds. Angles are radians everywhere.
+"Scenario units" below are whatever length and time unit the file is written in; `similarity` maps them to
+metres and seconds. Angles are radians everywhere.
 """
 
 from __future__ import annotations
@@ -38,7 +39,7 @@ def fault(message: str) -> PydanticCustomError:
 
 
 class Section(BaseModel):
-    """A mapping of the file: frozen, unknown keys refused, no conversion between types, finite numbers only."""
+    """A mapping of the file: frozen, no unknown keys, no conversion between types, finite numbers only."""
 
     model_config = ConfigDict(
         frozen=True, extra="forbid", strict=True, allow_inf_nan=False, hide_input_in_errors=True
@@ -47,7 +48,7 @@ class Section(BaseModel):
     @model_validator(mode="wrap")
     @classmethod
     def _speak_of_keys(cls, data: Any, handler: ModelWrapValidatorHandler[Self]) -> Self:
-        """Says of unknown and missing keys what only the section itself knows: its other keys and their meaning."""
+        """Says of unknown and missing keys what only the section knows: its other keys and what they mean."""
         try:
             return handler(data)
         except ValidationError as error:
@@ -102,44 +103,50 @@ Pixels: TypeAlias = Annotated[int, Field(ge=16, le=8192), AfterValidator(_even)]
 
 
 class Similarity(Section):
-    """Maps scenario units to the robot; the robot and gravity do not scale, so this sets how hard the ground has to work."""
+    """Maps scenario units to the robot; robot and gravity do not scale, so this sets the friction demand."""
 
-    length: float = Field(1.0, gt=0, description="robot metres per scenario length unit [m]")
-    time: float = Field(1.0, gt=0, description="robot seconds per scenario time unit [s]")
+    length: float = Field(default=1.0, gt=0, description="robot metres per scenario length unit [m]")
+    time: float = Field(default=1.0, gt=0, description="robot seconds per scenario time unit [s]")
 
 
 class Contact(Section):
     """How wheels meet the floor."""
 
     model: Literal["stiff", "default"] = Field(
-        "stiff",
-        description="`stiff` derives the contact parameters from the time step so that turning slip vanishes with it; "
-        "`default` keeps MuJoCo's own, which slip by centimetres per second",
+        default="stiff",
+        description="`stiff` derives the contact parameters from the time step, so that turning slip "
+        "vanishes with it; `default` keeps MuJoCo's own, which slip by centimetres per second",
     )
     rate_correction: bool = Field(
-        True,
-        description="supplies the term that MuJoCo's contact rows leave out (a bias inside the friction cone: no grip on ice)",
+        default=True,
+        description="supplies the term MuJoCo's contact rows leave out, as a bias inside the friction cone: "
+        "it gives no grip on ice",
     )
 
 
 class Physics(Section):
     """How MuJoCo steps."""
 
-    timestep: float = Field(0.001, gt=0, le=0.1, description="physics step on the robot's clock [s]")
-    friction: float = Field(1.0, ge=0, description="Coulomb friction coefficient between wheels and floor [1]")
-    robot_contact: bool = Field(
-        False,
-        description="whether robots collide with each other; off where followers end in the leader's place, on for formations",
+    timestep: float = Field(default=0.001, gt=0, le=0.1, description="physics step on the robot's clock [s]")
+    friction: float = Field(
+        default=1.0, ge=0, description="Coulomb friction coefficient of wheels and floor [1]"
     )
-    contact: Contact = Field(Contact(), description="how wheels meet the floor")
+    robot_contact: bool = Field(
+        default=False,
+        description="whether robots collide: off where followers end in the leader's place, on in formations",
+    )
+    contact: Contact = Field(default=Contact(), description="how wheels meet the floor")
 
 
 class Start(Section):
     """Where a robot is at t = 0 and how it moves."""
 
-    pose: Pose = Field(description="x, y [scenario length], theta [rad, unwrapped: pi and -pi are different starts]")
+    pose: Pose = Field(
+        description="x, y [scenario length], theta [rad, unwrapped: pi and -pi are different starts]"
+    )
     twist: PlanarTwist = Field(
-        (0.0, 0.0), description="forward speed v [scenario length/time] and turning speed omega [rad/scenario time]"
+        default=(0.0, 0.0),
+        description="forward speed v [scenario length/time] and turning speed omega [rad/scenario time]",
     )
 
 
@@ -147,10 +154,12 @@ class Segment(Section):
     """A piece of a piecewise input: `value` from the end of the piece before it until `until`."""
 
     until: float | None = Field(
-        None, gt=0, description="end of the piece [scenario time]; the last piece may leave it out and hold for ever"
+        default=None,
+        gt=0,
+        description="end of the piece [scenario time]; the last piece may leave it out and hold for ever",
     )
     value: Annotated[float, Tag("<number>")] | Annotated[Formula, Tag("<formula>")] = Field(
-        description="acceleration during the piece: a number or a formula in t (the scenario's time, not the piece's)",
+        description="acceleration during the piece: a number or a formula in t, the time of the scenario",
         discriminator=Discriminator(lambda value: "<formula>" if isinstance(value, str) else "<number>"),
     )
 
@@ -160,7 +169,9 @@ def _increasing(segments: tuple[Segment, ...]) -> tuple[Segment, ...]:
     for i, segment in enumerate(segments):
         if segment.until is None:
             if i + 1 < len(segments):
-                raise fault(f"segment {i + 1} of {len(segments)} needs `until`: only the last one may go without")
+                raise fault(
+                    f"segment {i + 1} of {len(segments)} needs `until`: only the last one may go without"
+                )
         elif segment.until <= before:
             raise fault(f"segments must end later and later: {segment.until:g} comes after {before:g}")
         else:
@@ -177,26 +188,30 @@ def _signal_form(value: Any) -> str:
 Signal: TypeAlias = Annotated[
     Annotated[float, Tag("<signal>")]
     | Annotated[Formula, Tag("<formula>")]
-    | Annotated[tuple[Segment, ...], Field(strict=False, min_length=1), AfterValidator(_increasing), Tag("<segments>")],
+    | Annotated[
+        tuple[Segment, ...], Field(strict=False, min_length=1), AfterValidator(_increasing), Tag("<segments>")
+    ],
     Discriminator(_signal_form),
 ]
 
 
 class SignalInput(Section):
-    """The leader's input as two signals: each a number, a formula in t, or a list of segments (0 after the last)."""
+    """The leader's input as two signals, each a number, a formula in t, or a list of segments."""
 
     u_x: Signal = Field(description="forward acceleration [scenario length/time^2]")
     u_theta: Signal = Field(description="angular acceleration [rad/scenario time^2]")
 
 
 class CsvInput(Section):
-    """The leader's input from a file; loading turns it into a table, so a recording carries the numbers themselves."""
+    """The leader's input from a file; loading turns it into a table, so a recording carries the numbers."""
 
     csv: str = Field(
         min_length=1,
-        description="CSV file with a header naming the columns t, u_x and u_theta, relative to the scenario file",
+        description="CSV file with the columns t, u_x, u_theta named in its first line; a path from here",
     )
-    interpolation: Interpolation = Field("previous", description="hold each row until the next, or join rows by lines")
+    interpolation: Interpolation = Field(
+        default="previous", description="hold each row until the next, or join rows by lines"
+    )
 
 
 class Samples(Section):
@@ -217,7 +232,9 @@ class TableInput(Section):
     """The leader's input as samples in the file itself."""
 
     table: Samples = Field(description="the samples")
-    interpolation: Interpolation = Field("previous", description="hold each sample until the next, or join them by lines")
+    interpolation: Interpolation = Field(
+        default="previous", description="hold each sample until the next, or join them by lines"
+    )
 
 
 def _input_form(value: Any) -> str:
@@ -226,7 +243,9 @@ def _input_form(value: Any) -> str:
 
 
 Input: TypeAlias = Annotated[
-    Annotated[SignalInput, Tag("<signals>")] | Annotated[CsvInput, Tag("<csv>")] | Annotated[TableInput, Tag("<table>")],
+    Annotated[SignalInput, Tag("<signals>")]
+    | Annotated[CsvInput, Tag("<csv>")]
+    | Annotated[TableInput, Tag("<table>")],
     Discriminator(_input_form),
 ]
 
@@ -234,8 +253,10 @@ Input: TypeAlias = Annotated[
 class Leader(Section):
     """The root of the network: drives open loop by its own input, on real wheels unless virtual."""
 
-    name: Name = Field("leader", description="how followers and results call it")
-    virtual: bool = Field(False, description="true: a moving marker that follows the input exactly, instead of a robot")
+    name: Name = Field(default="leader", description="how followers and results call it")
+    virtual: bool = Field(
+        default=False, description="true: a moving marker that follows the input exactly, instead of a robot"
+    )
     start: Start = Field(description="where it begins")
     input: Input = Field(description="its accelerations over time: two signals, a CSV file, or a table")
 
@@ -251,10 +272,12 @@ class Follower(Section):
 
 
 class DeadZone(Section):
-    """Below these sizes the angles of a law are rounding noise and count as zero; in robot units, whatever the similarity."""
+    """Below these sizes the angles of a law are noise and count as zero; always in robot units."""
 
-    length: float = Field(1e-6, ge=0, description="smallest |q| whose direction means anything [m]")
-    speed: float = Field(1e-3, ge=0, description="smallest leader speed whose direction means anything [m/s]")
+    length: float = Field(default=1e-6, ge=0, description="smallest |q| whose direction means anything [m]")
+    speed: float = Field(
+        default=1e-3, ge=0, description="smallest leader speed whose direction means anything [m/s]"
+    )
 
 
 class _TrackingLaw(Section):
@@ -262,9 +285,12 @@ class _TrackingLaw(Section):
     kd: float = Field(ge=0, description="damping gain [1/scenario time]; advised kd >= 2 sqrt(kp)")
     k: float = Field(description="steering gain on beta [1]; advised k > 2 (1 + ke/kp)")
     hysteresis: float = Field(
-        0.25, gt=0, lt=math.pi, description="how far past pi a relative heading goes before a whole turn is dropped [rad]"
+        default=0.25,
+        gt=0,
+        lt=math.pi,
+        description="how far past pi a relative heading goes before a whole turn is dropped [rad]",
     )
-    dead_zone: DeadZone = Field(DeadZone(), description="sizes below which an angle counts as zero")
+    dead_zone: DeadZone = Field(default=DeadZone(), description="sizes below which an angle counts as zero")
 
 
 class PublishedLaw(_TrackingLaw):
@@ -272,7 +298,8 @@ class PublishedLaw(_TrackingLaw):
 
     name: Literal["published"] = Field(description="which law: Theorem 1")
     variant: Literal["published", "full"] = Field(
-        "published", description="`published`: u_x as printed; `full`: with the bracket term the printed form drops"
+        default="published",
+        description="`published`: u_x as printed; `full`: with the bracket term the printed form drops",
     )
     ke: float = Field(ge=0, description="gain on the adjoint attitude [1/scenario time^2]")
 
@@ -290,35 +317,50 @@ class Video(Section):
     """How the film of the run is made."""
 
     camera: Literal["group", "top", "isometric", "chase"] = Field(
-        "group", description="`group` frames the robots as they move, `top` and `isometric` the whole run, `chase` follows one"
+        default="group",
+        description="`group` frames the robots as they move, `top` and `isometric` the whole run, "
+        "`chase` follows one robot",
     )
-    size: Annotated[tuple[Pixels, Pixels], Field(strict=False)] = Field((640, 480), description="width, height [pixels]")
-    fps: int = Field(30, ge=1, le=120, description="frames per second of film [1/s]")
+    size: Annotated[tuple[Pixels, Pixels], Field(strict=False)] = Field(
+        default=(640, 480), description="width, height [pixels]"
+    )
+    fps: int = Field(default=30, ge=1, le=120, description="frames per second of film [1/s]")
     speed: float | None = Field(
-        None, gt=0, description="robot seconds per second of film [1]; null picks one that keeps the film short"
+        default=None,
+        gt=0,
+        description="robot seconds per second of film [1]; null picks one that keeps the film short",
     )
 
 
 class Scenario(Section):
     """One experiment: who moves, by what law, on which ground, for how long."""
 
-    name: Annotated[str, AfterValidator(_printable)] = Field(description="names the run and its results folder")
-    description: str = Field("", description="one line for people, shown by `nhtrack list`")
-    duration: float = Field(gt=0, description="how long the run lasts [scenario time]")
-    similarity: Similarity = Field(Similarity(), description="scenario units to metres and seconds")
-    backend: Literal["mujoco", "ideal"] = Field(
-        "mujoco", description="`mujoco`: wheels, friction, motors; `ideal`: the integrator the theory speaks of"
+    name: Annotated[str, AfterValidator(_printable)] = Field(
+        description="names the run and its results folder"
     )
-    robot: str = Field("nh_mini", min_length=1, description="a bundled robot, or an MJCF file relative to the scenario file")
-    physics: Physics = Field(Physics(), description="how MuJoCo steps")
-    control_rate: float = Field(100.0, gt=0, description="control periods per second on the robot's clock [Hz]")
-    seed: int = Field(0, ge=0, description="seed of everything random [1]")
+    description: str = Field(default="", description="one line for people, shown by `nhtrack list`")
+    duration: float = Field(gt=0, description="how long the run lasts [scenario time]")
+    similarity: Similarity = Field(default=Similarity(), description="scenario units to metres and seconds")
+    backend: Literal["mujoco", "ideal"] = Field(
+        default="mujoco",
+        description="`mujoco`: wheels, friction, motors; `ideal`: the integrator the theory speaks of",
+    )
+    robot: str = Field(
+        default="nh_mini",
+        min_length=1,
+        description="a bundled robot, or an MJCF file relative to the scenario file",
+    )
+    physics: Physics = Field(default=Physics(), description="how MuJoCo steps")
+    control_rate: float = Field(
+        default=100.0, gt=0, description="control periods per second on the robot's clock [Hz]"
+    )
+    seed: int = Field(default=0, ge=0, description="seed of everything random [1]")
     leader: Leader = Field(description="the root of the network")
     followers: Annotated[tuple[Follower, ...], Field(strict=False, min_length=1)] = Field(
         description="the robots that track others"
     )
     law: Law = Field(description="the law every follower obeys, with gains in scenario units")
-    video: Video = Field(Video(), description="how the film of the run is made")
+    video: Video = Field(default=Video(), description="how the film of the run is made")
 
     @property
     def periods(self) -> int:

@@ -1,7 +1,7 @@
 """A YAML file as a plain tree that remembers where every key stands, and the paths into such trees.
 
-The file is composed to ruamel's node graph and walked here, rather than constructed to objects, so that duplicate keys,
-anchors and tags are faults with a place, and all of them are found at once.
+The file is composed to ruamel's node graph and walked here, rather than constructed to objects, so that
+duplicate keys, anchors and tags are faults with a place, and all of them are found at once.
 """
 
 from __future__ import annotations
@@ -87,7 +87,9 @@ def parse_yaml(text: str) -> Document:
         document.faults.append(_syntax_fault(text, error))
         return document
     if root is None:
-        document.faults.append(Fault(0, 0, "", "the file is empty; `nhtrack init` writes a scenario to start from"))
+        document.faults.append(
+            Fault(0, 0, "", "the file is empty; `nhtrack init` writes a scenario to start from")
+        )
         return document
     document.positions[()] = (1, 1)
     document.tree = _Walk(yaml, document).plain(root, ())
@@ -106,7 +108,11 @@ class _Walk:
             return None
         self._seen.add(id(node))
         if str(node.tag) not in _PLAIN_TAGS:
-            self._fault(node, path, f"a scenario holds plain text, numbers, lists and sections, not {_short_tag(node)}")
+            self._fault(
+                node,
+                path,
+                f"a scenario holds plain text, numbers, lists and sections, not {_short_tag(node)}",
+            )
             return None
         if isinstance(node, MappingNode):
             return self._mapping(node, path)
@@ -114,7 +120,7 @@ class _Walk:
             for i, item in enumerate(node.value):
                 self._document.positions[*path, i] = _position(item)
             return [self.plain(item, (*path, i)) for i, item in enumerate(node.value)]
-        return self._scalar(node, path)
+        return self._scalar(node, path) if isinstance(node, ScalarNode) else None
 
     def _mapping(self, node: MappingNode, path: Path) -> dict[str, Any]:
         tree: dict[str, Any] = {}

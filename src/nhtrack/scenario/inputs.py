@@ -1,0 +1,69 @@
+"""The leader's input as a scenario gives it, turned into a reference."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Sequence
+from pathlib import Path
+
+from nhtrack.reference import Expression, Reference, ReferenceInputError, Segments, make_segments, make_signal
+from nhtrack.scenario.schema import CsvInput, Scenario, Segment, TableInput
+
+CSV_COLUMNS = ("t", "u_x", "u_theta")
+
+
+def make_reference(scenario: Scenario) -> Reference:
+    """Returns the leader's reference of a loaded scenario, in scenario units.
+
+    Raises:
+        ReferenceInputError: an input that only a scenario built by hand can have.
+    """
+    given = scenario.leader.input
+    if isinstance(given, TableInput):
+        return Reference.from_table(given.table.t, given.table.u_x, given.table.u_theta, given.interpolation)
+    if isinstance(given, CsvInput):
+        raise ReferenceInputError(
+            f"the CSV file {given.csv!r} has not been read; scenarios come from nhtrack.load"
+        )
+    return Reference(_signal(given.u_x), _signal(given.u_theta))
+
+
+def _signal(value: float | str | tuple[Segment, ...]) -> Expression | Segments:
+    if isinstance(value, tuple):
+        return make_segments([(piece.until, piece.value) for piece in value])
+    return make_signal(value)
+
+
+def read_table(path: Path) -> dict[str, list[float]]:
+    """Returns the columns t, u_x, u_theta of a CSV file whose first line names them.
+
+    Raises:
+        ValueError: no such file, columns missing, no rows, or a cell that is not a number.
+    """
+    if not path.is_file():
+        raise ValueError(f"no CSV file {str(path)!r}")
+    try:
+        rows = list(csv.reader(path.read_text(encoding="utf-8-sig").splitlines(), skipinitialspace=True))
+    except (UnicodeDecodeError, csv.Error) as error:
+        raise ValueError(f"{path.name}: not a CSV file of text ({error})") from None
+    header = [cell.strip() for cell in rows[0]] if rows else []
+    if not set(CSV_COLUMNS) <= set(header):
+        names = ", ".join(header) or "nothing"
+        raise ValueError(f"{path.name} line 1: expected the columns t, u_x, u_theta, got {names}")
+    columns: dict[str, list[float]] = {name: [] for name in CSV_COLUMNS}
+    for line, row in enumerate(rows[1:], start=2):
+        if any(cell.strip() for cell in row):
+            for name in CSV_COLUMNS:
+                columns[name].append(_cell(path, line, name, row, header.index(name)))
+    if not columns["t"]:
+        raise ValueError(f"{path.name}: no rows under the header")
+    return columns
+
+
+def _cell(path: Path, line: int, name: str, row: Sequence[str], index: int) -> float:
+    if index >= len(row):
+        raise ValueError(f"{path.name} line {line}: no value for {name}")
+    try:
+        return float(row[index])
+    except ValueError:
+        raise ValueError(f"{path.name} line {line}: {name} must be a number, got {row[index]!r}") from None
