@@ -62,6 +62,9 @@ VARIABLES: dict[str, Variable] = {
     "wheel_torque_demand": Variable(
         _WHEEL, "N m",
         "torque the compensation asked for before limits, of largest magnitude in that period"),
+    "torque_saturation": Variable(
+        _WHEEL, "1", "share of the period that ends at this time in which the motor's limits cut the torque asked for"
+    ),
     "wheel_speed": Variable(
         _WHEEL, "rad/s", "spin of the wheels relative to the chassis"),
     "wheel_load": Variable(

@@ -48,3 +48,7 @@ class Law(Protocol):
     def __call__(self, follower: Robots, leader: Leader, memory: Memory) -> tuple[Array, Memory]:
         """Returns the accelerations u = (u_x, u_theta), shape (..., 2), and the memory for the next period."""
         ...
+
+    def warnings(self) -> tuple[str, ...]:
+        """Returns what the gains break, with the formula; empty where nothing is known to be wrong."""
+        ...

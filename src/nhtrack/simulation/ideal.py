@@ -83,11 +83,13 @@ class IdealSimulation:
         v, omega = self._state.xi[..., 0], self._state.xi[..., 2]
         motion = (v, omega, self._u[..., 0], self._u[..., 1])
         torque = self.drive.wheel_torques(*motion)
+        speed = self.drive.wheel_speeds(v, omega)
         predicted = self.drive.friction_utilisation(*motion, self.friction)
         return {
             "wheel_torque": torque,
             "wheel_torque_demand": torque,
-            "wheel_speed": self.drive.wheel_speeds(v, omega),
+            "torque_saturation": 1.0 * (self.drive.motor.saturate(torque, speed) != torque),
+            "wheel_speed": speed,
             "wheel_load": self.drive.wheel_loads(*motion),
             "longitudinal_slip": np.zeros_like(torque),
             "lateral_slip": np.zeros_like(v),

@@ -86,7 +86,7 @@ class MujocoSimulation:
         self._velocity = self._previous = _Velocity(xi[..., 0].copy(), np.zeros(g.shape[:-1]), xi[..., 2].copy())
         self._u = np.zeros((*g.shape[:-1], 2))
         self._u_root = np.zeros((len(g), 1, 2))
-        self._clear_log()
+        self._clear_log(np.nan)  # before the first step nothing is known of forces
         return self._state()
 
     def step(self, u: Array) -> State:
@@ -126,6 +126,7 @@ class MujocoSimulation:
         return self._with_root({
             "wheel_torque": self._torque_log.mean(axis=0),
             "wheel_torque_demand": _largest(self._demand_log),
+            "torque_saturation": (np.abs(self._demand_log - self._torque_log) > 0).mean(axis=0),
             "wheel_speed": speed,
             "wheel_load": -forces[-1, ..., 2],
             "longitudinal_slip": drive.wheel_radius * (rolling - speed),
@@ -228,10 +229,10 @@ class MujocoSimulation:
         limit = self.scene.spec.friction * np.maximum(-forces[..., 2], 0)
         return utilisation(np.hypot(forces[..., 0], forces[..., 1]), limit)
 
-    def _clear_log(self) -> None:
+    def _clear_log(self, value: float = 0.0) -> None:
         shape = (self.substeps, *self._u.shape)
-        self._demand_log, self._torque_log = np.zeros(shape), np.zeros(shape)
-        self._force_log = np.zeros((*shape, 3))
+        self._demand_log, self._torque_log = np.full(shape, value), np.full(shape, value)
+        self._force_log = np.full((*shape, 3), value)
 
     def _batched(self, array: Array) -> Array:
         return np.array(array if self.batch else array[None], dtype=float)

@@ -1,0 +1,146 @@
+"""The loop in which a simulation and a law meet."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from nhtrack import se2
+from nhtrack.arrays import Array
+from nhtrack.control import Law, Leader, Memory, Robots
+from nhtrack.errors import SimulationDiverged
+from nhtrack.network import Network
+from nhtrack.recording import VARIABLES
+from nhtrack.simulation.state import Simulation, State
+
+Progress = Callable[[int, int], None]
+
+
+@dataclass(frozen=True)
+class Rollout:
+    """What a loop leaves behind.
+
+    Attributes:
+        time: times [s], shape (t,): the start and the end of every period that was finished.
+        variables: arrays of shape (t, ..., n, components) by the names of `nhtrack.recording.VARIABLES`.
+        qpos: MuJoCo's configuration, shape (t, ..., nq), or None.
+        failure: why the run ended early, or None.
+        interrupted: whether the user stopped it.
+    """
+
+    time: np.ndarray
+    variables: dict[str, np.ndarray]
+    qpos: np.ndarray | None
+    failure: SimulationDiverged | None = None
+    interrupted: bool = False
+
+
+def rollout(
+    simulation: Simulation,
+    law: Law,
+    network: Network,
+    inputs: np.ndarray,
+    start: State,
+    progress: Progress | None = None,
+) -> Rollout:
+    """Returns the run of a network under a law.
+
+    Every control period: the root takes its input; then, level by level, each follower's law sees the follower and what it
+    tracks (pose, twist, and the acceleration commanded this period) and commands its own; the simulation holds all commands
+    for the period.
+
+    A run that diverges, or that the user interrupts, ends early and keeps what it has.
+
+    Args:
+        simulation: what moves the robots.
+        law: what every follower obeys.
+        network: who tracks whom.
+        inputs: accelerations (u_x, u_theta) of the root for each period, shape (periods, ..., 2).
+        start: the state to begin with.
+        progress: called with the periods done and their number.
+    """
+    log = _Log(len(inputs))
+    state, failure, interrupted = simulation.reset(start), None, False
+    crew = _Crew(law, network, state)
+    try:
+        for k, u_root in enumerate(inputs):
+            u, tracked = crew.command(state, u_root)
+            log.write(state, tracked, simulation, u)
+            state = simulation.step(u)
+            if progress is not None:
+                progress(k + 1, len(inputs))
+        _, tracked = crew.command(state, inputs[-1])
+        log.write(state, tracked, simulation, None)
+    except SimulationDiverged as error:
+        failure = error
+    except KeyboardInterrupt:
+        interrupted = True
+    return Rollout(*log.arrays(), failure, interrupted)
+
+
+class _Crew:
+    """The followers, grouped by level, with their memories."""
+
+    def __init__(self, law: Law, network: Network, start: State) -> None:
+        self._law = law
+        self._levels = network.levels[1:]
+        self._parents = [np.array([network.parents[robot][0] for robot in level]) for level in self._levels]
+        at_rest = np.zeros((*start.g.shape[:-1], 2))
+        self._memories: list[Memory] = [
+            law.init(_robots(start, level), _leader(start, at_rest, parents))
+            for level, parents in zip(self._levels, self._parents, strict=True)
+        ]
+
+    def command(self, state: State, u_root: Array) -> tuple[Array, State]:
+        """Returns the accelerations of all robots, shape (..., n, 2), and what each was told to track (NaN for the root)."""
+        u = np.full((*state.g.shape[:-1], 2), np.nan)
+        g, xi = np.full_like(state.g, np.nan), np.full_like(state.xi, np.nan)
+        u[..., 0, :] = u_root
+        for i, (level, parents) in enumerate(zip(self._levels, self._parents, strict=True)):
+            leader = _leader(state, u, parents)
+            u[..., level, :], self._memories[i] = self._law(_robots(state, level), leader, self._memories[i])
+            g[..., level, :], xi[..., level, :] = leader.g, leader.xi
+        return u, State(state.t, g, xi)
+
+
+def _robots(state: State, which: Array) -> Robots:
+    return Robots(state.g[..., which, :], state.xi[..., which, :])
+
+
+def _leader(state: State, u: Array, parents: Array) -> Leader:
+    return Leader(state.g[..., parents, :], state.xi[..., parents, :], u[..., parents, :])
+
+
+class _Log:
+    """Rows of a run, written as they come; only whole rows are kept."""
+
+    def __init__(self, periods: int) -> None:
+        self._size = periods + 1
+        self._rows = 0
+        self._time = np.empty(self._size)
+        self._arrays: dict[str, np.ndarray] = {}
+
+    def write(self, state: State, tracked: State, simulation: Simulation, u: Array | None) -> None:
+        """Adds one row: the state, what was tracked, the telemetry of the period before, the command of the one to come."""
+        error = se2.between(tracked.g, state.g)
+        error = np.concatenate([error[..., :2], se2.wrap(error[..., 2:])], axis=-1)
+        row = {"pose": state.g, "twist": state.xi, "leader_pose": tracked.g, "leader_twist": tracked.xi, "error": error}
+        row["input"] = np.full((*state.g.shape[:-1], 2), np.nan) if u is None else u
+        row |= simulation.telemetry()
+        qpos = getattr(simulation, "qpos", None)
+        if qpos is not None:
+            row["qpos"] = qpos
+        for name, values in row.items():
+            if name not in self._arrays:
+                self._arrays[name] = np.empty((self._size, *values.shape))
+            self._arrays[name][self._rows] = values
+        self._time[self._rows] = state.t
+        self._rows += 1
+
+    def arrays(self) -> tuple[np.ndarray, dict[str, np.ndarray], np.ndarray | None]:
+        """Returns times, variables and qpos of the rows written."""
+        kept = {name: values[: self._rows] for name, values in self._arrays.items()}
+        qpos = kept.pop("qpos", None)
+        return self._time[: self._rows], {name: kept[name] for name in VARIABLES if name in kept}, qpos

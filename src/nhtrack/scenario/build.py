@@ -1,0 +1,111 @@
+"""From a scenario, in its own units, to the objects that run it, in the robot's."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from nhtrack.control import Law, Published, Stabiliser
+from nhtrack.network import Network
+from nhtrack.reference import Reference, make_segments, make_signal
+from nhtrack.scenario import schema
+from nhtrack.similarity import Similarity
+from nhtrack.simulation.scene import SceneSpec
+from nhtrack.simulation.state import State
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """All that a rollout needs, in robot units.
+
+    Attributes:
+        network: who tracks whom.
+        law: what every follower obeys.
+        start: the state to begin with, shape (n, 3).
+        inputs: accelerations (u_x, u_theta) of the root for each control period, shape (periods, 2): the reference at the
+            middle of the period, which makes a held input follow a smooth one to second order and a piecewise constant one
+            exactly.
+        dt: control period [s].
+        similarity: scenario units to the robot's.
+        scene: what to compose for MuJoCo.
+    """
+
+    network: Network
+    law: Law
+    start: State
+    inputs: np.ndarray
+    dt: float
+    similarity: Similarity
+    scene: SceneSpec
+
+
+def build(scenario: schema.Scenario) -> Experiment:
+    """Returns the experiment of a scenario.
+
+    Raises:
+        ReferenceInputError: the leader's input has no finite value at some time.
+    """
+    similarity = Similarity(scenario.similarity.length, scenario.similarity.time)
+    network = Network.from_parents(scenario.parents)
+    dt = 1.0 / scenario.control_rate
+    middles = similarity.times_to_scenario((np.arange(scenario.periods) + 0.5) * dt)
+    return Experiment(
+        network=network,
+        law=make_law(scenario.law, similarity),
+        start=_start(scenario, network, similarity),
+        inputs=similarity.inputs_to_robot(make_reference(scenario.leader.input).sample(middles)),
+        dt=dt,
+        similarity=similarity,
+        scene=SceneSpec(
+            robots=network.names,
+            robot=scenario.robot,
+            timestep=scenario.physics.timestep,
+            friction=scenario.physics.friction,
+            contact=scenario.physics.contact.model,
+            rate_correction=scenario.physics.contact.rate_correction,
+            robot_contact=scenario.physics.robot_contact,
+            virtual_root=scenario.leader.virtual,
+        ),
+    )
+
+
+def make_law(law: schema.Law, similarity: Similarity) -> Law:
+    """Returns the law of a scenario with its gains in robot units; dead zones are in robot units already."""
+    match law:
+        case schema.PublishedLaw():
+            gains = similarity.scale_gains(law.kp, law.kd, law.ke, law.k)
+            return Published(
+                *gains,
+                variant=law.variant,
+                hysteresis=law.hysteresis,
+                dead_zone_length=law.dead_zone.length,
+                dead_zone_speed=law.dead_zone.speed,
+            )
+        case schema.StabiliserLaw():
+            gains = similarity.scale_gains(law.kp, law.kd, 0.0, law.k)
+            return Stabiliser(gains.kp, gains.kd, gains.k, law.hysteresis, law.dead_zone.length)
+
+
+def make_reference(given: schema.Input) -> Reference:
+    """Returns the reference of a leader's input, in scenario units."""
+    match given:
+        case schema.TableInput(table=table):
+            return Reference.from_table(table.t, table.u_x, table.u_theta, given.interpolation)
+        case schema.SignalInput():
+            return Reference(_signal(given.u_x), _signal(given.u_theta))
+        case _:
+            raise TypeError("a CSV input becomes a table when the scenario is loaded; load it with nhtrack.load")
+
+
+def _signal(given: schema.Signal) -> object:
+    if isinstance(given, tuple):
+        return make_segments([(segment.until, segment.value) for segment in given])
+    return make_signal(given)
+
+
+def _start(scenario: schema.Scenario, network: Network, similarity: Similarity) -> State:
+    starts = {scenario.leader.name: scenario.leader.start} | {f.name: f.start for f in scenario.followers}
+    pose = np.array([starts[name].pose for name in network.names])
+    twist = np.array([(starts[name].twist[0], 0.0, starts[name].twist[1]) for name in network.names])
+    return State(0.0, similarity.poses_to_robot(pose), similarity.twists_to_robot(twist))
