@@ -10,7 +10,7 @@ from itertools import pairwise
 import array_api_strict
 import numpy as np
 import pytest
-from hypothesis import example, given
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from scipy.linalg import expm
 
@@ -23,6 +23,7 @@ UNARY = [
     se2.inverse, se2.exp, se2.log, se2.hat, se2.matrix, se2.Ad_matrix, se2.ad_matrix, se2.right_jacobian,
     se2.left_jacobian, se2.right_jacobian_inverse,
 ]  # fmt: skip
+few = settings(max_examples=25)  # of tests repeated for every function, whose examples are whole arrays
 BINARY = [se2.compose, se2.between, se2.Ad, se2.Ad_inverse, se2.ad, se2.ad_transpose]
 
 
@@ -303,6 +304,7 @@ def test_left_jacobian_is_the_right_one_seen_from_the_parent_frame(X: np.ndarray
 
 
 @pytest.mark.parametrize("function", UNARY)
+@few
 @given(draw.batches(1))
 def test_batch_equals_loop(function, arrays) -> None:
     (batch,) = arrays
@@ -313,6 +315,7 @@ def test_batch_equals_loop(function, arrays) -> None:
 
 
 @pytest.mark.parametrize("function", BINARY)
+@few
 @given(draw.batches(2))
 def test_batch_of_pairs_equals_loop(function, arrays) -> None:
     first, second = arrays
@@ -323,6 +326,7 @@ def test_batch_of_pairs_equals_loop(function, arrays) -> None:
 
 
 @pytest.mark.parametrize("function", BINARY)
+@few
 @given(draw.batches(1), draw.log_poses)
 def test_one_against_a_batch_broadcasts(function, arrays, one) -> None:
     (batch,) = arrays
@@ -332,6 +336,7 @@ def test_one_against_a_batch_broadcasts(function, arrays, one) -> None:
 
 
 @pytest.mark.parametrize("function", UNARY)
+@few
 @given(draw.batches(1))
 def test_runs_on_the_bare_array_api(function, arrays) -> None:
     """array-api-strict fails on whatever the standard does not promise; its numbers are NumPy's."""
@@ -340,6 +345,7 @@ def test_runs_on_the_bare_array_api(function, arrays) -> None:
 
 
 @pytest.mark.parametrize("function", BINARY)
+@few
 @given(draw.batches(2))
 def test_pairs_run_on_the_bare_array_api(function, arrays) -> None:
     result = function(*(array_api_strict.asarray(array) for array in arrays))

@@ -1,0 +1,86 @@
+# `make help` lists the commands. Needs make and Python 3.11 or newer; everything else is installed into .venv.
+
+VENV   := .venv
+BIN    := $(VENV)/bin
+PYTHON ?= $(firstword $(foreach name,python3 python3.14 python3.13 python3.12 python3.11,$(call if_recent,$(name))))
+PIP    := $(BIN)/python -m pip --disable-pip-version-check --quiet
+APT    := DEBIAN_FRONTEND=noninteractive apt-get --quiet --quiet
+INPUTS := pyproject.toml constraints.txt
+
+# A stamp is newer than what it was made from as long as nothing there has changed.
+RUNTIME := $(VENV)/.nhtrack-setup
+DEV     := $(VENV)/.nhtrack-setup-dev
+GL      := $(VENV)/.nhtrack-setup-gl
+
+# $(call if_recent,NAME): NAME if it is a Python of 3.11 or newer
+if_recent = $(shell $(1) -c 'import sys; sys.version_info >= (3, 11) and print("$(1)")' 2>/dev/null)
+# $(call install,.): installs the package with the pinned versions. dm-control asks for labmaze, which has no wheels
+# beyond Python 3.12 and which nothing here imports: beyond it the pinned versions are installed without it.
+install = if $(BIN)/python -c 'import sys; sys.exit(sys.version_info >= (3, 13))'; then \
+        $(PIP) install --constraint constraints.txt --editable '$(1)'; \
+    else \
+        grep -v labmaze constraints.txt >$(VENV)/pinned.txt && \
+        $(PIP) install --no-deps --requirement $(VENV)/pinned.txt && $(PIP) install --no-deps --editable .; \
+    fi
+# Shell command that succeeds where a headless OpenGL draws a picture
+draws = $(BIN)/python -c 'import sys, nhtrack.gl as gl; sys.exit(not any(gl.probe(b).ok for b in ("egl", "osmesa")))'
+
+EGL_PACKAGES    := libegl1 libgl1-mesa-dri
+OSMESA_PACKAGES := libosmesa6
+
+.DEFAULT_GOAL := help
+.DELETE_ON_ERROR:
+.PHONY: help demo test check bench docs clean
+
+help:  ## list these commands
+	@sed -n 's/^\([a-z]*\):.*## \(.*\)/  make \1\t\2/p' Makefile | expand -t 16
+
+demo: $(RUNTIME) $(GL)  ## set up, run the paper's first example on wheels, say where its results are
+	@$(BIN)/nhtrack run paper/example1
+
+test: $(DEV) $(GL)  ## set up and run the whole test suite
+	@$(BIN)/python -m pytest -n 2 -q
+
+check: $(DEV)  ## lint, types, import rules and the fast tests
+	@$(BIN)/ruff check --quiet
+	@$(BIN)/mypy --no-error-summary
+	@$(BIN)/lint-imports --no-logo >$(VENV)/lint-imports.txt || { cat $(VENV)/lint-imports.txt; exit 1; }
+	@$(BIN)/python -m pytest -n 2 -q -m "not slow"
+
+bench: $(DEV)  ## run every script in benchmarks/
+	@for script in $(sort $(wildcard benchmarks/*.py)); do $(BIN)/python "$$script" || exit 1; done
+
+docs: $(DEV) $(GL)  ## write the generated pages and figures of docs/ anew
+	@for script in $(sort $(wildcard docs/generate_*.py)); do $(BIN)/python "$$script" || exit 1; done
+
+clean:  ## remove .venv, caches and build products; runs/ stays
+	rm -rf $(VENV) build dist .pytest_cache .mypy_cache .ruff_cache .import_linter_cache .hypothesis
+	find src tests benchmarks -name __pycache__ -prune -exec rm -rf {} +
+
+# A Python without ensurepip (Debian splits it off) leaves half a .venv behind: it is removed and the package named.
+$(BIN)/python:
+	@test -n "$(PYTHON)" || { echo "nhtrack needs Python 3.11 or newer: apt-get install python3" >&2; exit 1; }
+	@$(PYTHON) -c 'import ensurepip' 2>/dev/null || test "$$(id -u)" != 0 || ! command -v apt-get >/dev/null || \
+	    { echo "installing python3-venv"; $(APT) update && $(APT) install -y --no-install-recommends python3-venv; }
+	@$(PYTHON) -m venv $(VENV) >/dev/null || { rm -rf $(VENV); \
+	    echo "Python's venv module is incomplete; ask for the package python3-venv" >&2; exit 1; }
+
+$(RUNTIME): $(INPUTS) | $(BIN)/python
+	@echo "installing nhtrack into $(VENV)"
+	@$(call install,.)
+	@touch $@
+
+$(DEV): $(INPUTS) | $(BIN)/python
+	@echo "installing nhtrack and its development tools into $(VENV)"
+	@$(call install,.[dev])
+	@touch $(RUNTIME) $@
+
+# Headless OpenGL. Nothing is installed where EGL or OSMesa already draws; without either, all but pictures works.
+$(GL): | $(RUNTIME)
+	@$(draws) || test "$$(id -u)" != 0 || ! command -v apt-get >/dev/null || { \
+	    echo "installing $(EGL_PACKAGES) for headless rendering"; $(APT) update; \
+	    $(APT) install -y --no-install-recommends $(EGL_PACKAGES) && $(draws) || \
+	    $(APT) install -y --no-install-recommends $(OSMESA_PACKAGES) || true; }
+	@if $(draws); then touch $@; else \
+	    echo "no headless OpenGL, so no video: ask for the packages $(EGL_PACKAGES) (EGL)," \
+	        "or $(OSMESA_PACKAGES) (OSMesa)" >&2; fi
