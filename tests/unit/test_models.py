@@ -292,6 +292,22 @@ def test_robots_at_rest_stay_at_rest(
     np.testing.assert_allclose(list(loads.values()), support_loads(robot, data), rtol=1e-6)
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize(("share", "lifts"), [(1.0, False), (1.05, False), (1.15, True)])
+def test_full_braking_leaves_the_caster_on_the_floor(trio: mujoco.MjModel, share: float, lifts: bool) -> None:
+    """The caster lifts at 4.00 / 3.67 = 1.09 of the torque limit, and not before."""
+    state = mujoco.MjData(trio)
+    state.qpos[2::9] -= 1e-9
+    for name in ("r0", "r1", "r2"):
+        for side in ("left", "right"):
+            limit = trio.actuator(f"{name}/{side}_motor").ctrlrange[1]
+            state.joint(f"{name}/{side}_wheel").qfrc_applied = -share * limit  # past the motor's own limit
+    mujoco.mj_step(trio, state, nstep=50)
+    casters = {trio.geom(f"{name}/caster").id for name in ("r0", "r1", "r2")}
+    on_floor = [contact for contact in state.contact if casters & set(contact.geom)]
+    assert len(on_floor) == (0 if lifts else 3)
+
+
 def test_the_models_travel_with_the_package() -> None:
     project = tomllib.loads((MODELS.parent / "pyproject.toml").read_text())
     assert "models" in project["tool"]["hatch"]["build"]["targets"]["wheel"]["force-include"]
