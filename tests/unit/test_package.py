@@ -2,12 +2,19 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 import tomllib
+import zipfile
 from pathlib import Path
 
+import numpy as np
+import pytest
+
 import nhtrack
+
+ROOT = Path(__file__).parents[2]
 
 # Imported in a process of its own: this one may have imported anything by now.
 PROBE = """
@@ -27,9 +34,42 @@ def test_import_is_silent_and_touches_no_graphics() -> None:
 
 
 def test_version_is_that_of_the_project_file() -> None:
-    project = tomllib.loads(Path(__file__).parents[2].joinpath("pyproject.toml").read_text())
+    project = tomllib.loads(ROOT.joinpath("pyproject.toml").read_text())
     assert nhtrack.__version__ == project["project"]["version"]
 
 
 def test_package_is_typed() -> None:
     assert Path(nhtrack.__file__).with_name("py.typed").is_file()
+
+
+@pytest.fixture(scope="module")
+def unpacked_wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The wheel's contents in a folder of their own, as an installation lays them out."""
+    folder = tmp_path_factory.mktemp("wheel")
+    command = [sys.executable, "-m", "hatchling", "build", "--target", "wheel", "--directory", str(folder)]
+    subprocess.run(command, cwd=ROOT, capture_output=True, check=True)
+    (wheel,) = folder.glob("*.whl")
+    with zipfile.ZipFile(wheel) as archive:
+        archive.extractall(folder / "site")
+    return folder / "site"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("folder", ["models", "scenarios"])
+def test_wheel_carries_every_file(unpacked_wheel: Path, folder: str) -> None:
+    in_checkout = {path.relative_to(ROOT) for path in ROOT.joinpath(folder).rglob("*") if path.is_file()}
+    bundled = unpacked_wheel / "nhtrack" / "_bundled"
+    in_wheel = {path.relative_to(bundled) for path in bundled.joinpath(folder).rglob("*") if path.is_file()}
+    assert in_wheel == {path for path in in_checkout if "__pycache__" not in path.parts}
+    assert in_wheel
+
+
+@pytest.mark.slow
+def test_installed_package_finds_its_robots_outside_the_checkout(unpacked_wheel: Path, tmp_path: Path) -> None:
+    # -S leaves the site packages out, and with them the checkout that is installed in place
+    script = "from nhtrack import assets; print(assets.find_robot('nh_mini'))"
+    libraries = Path(np.__file__).parents[1]
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join([str(unpacked_wheel), str(libraries)])}
+    command = [sys.executable, "-S", "-c", script]
+    done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, check=True)
+    assert Path(done.stdout.strip()) == unpacked_wheel / "nhtrack/_bundled/models/nh_mini/robot.xml"
