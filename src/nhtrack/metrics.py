@@ -77,8 +77,8 @@ def smallest_separation(recording: Recording) -> Separation | None:
 def summary(recording: Recording) -> dict[str, Any]:
     """Returns the figures of a run as a tree of plain numbers and names, ready for JSON; unknown figures are None.
 
-    Positions in metres, headings in radians, times in seconds on the robot's clock. *Late* means the worst over the last 15 %
-    of the run.
+    Positions in metres, headings in radians, times in seconds on the robot's clock. *Late* means the worst over the
+    last 15 % of the run.
     """
     separation = smallest_separation(recording)
     return {

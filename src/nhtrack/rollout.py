@@ -47,9 +47,9 @@ def rollout(
 ) -> Rollout:
     """Returns the run of a network under a law.
 
-    Every control period: the root takes its input; then, level by level, each follower's law sees the follower and what it
-    tracks (pose, twist, and the acceleration commanded this period) and commands its own; the simulation holds all commands
-    for the period.
+    Every control period: the root takes its input; then, level by level, each follower's law sees the follower and
+    what it tracks (pose, twist, and the acceleration commanded this period) and commands its own; the simulation
+    holds all commands for the period.
 
     A run that diverges, or that the user interrupts, ends early and keeps what it has.
 
@@ -94,7 +94,7 @@ class _Crew:
         ]
 
     def command(self, state: State, u_root: Array) -> tuple[Array, State]:
-        """Returns the accelerations of all robots, shape (..., n, 2), and what each was told to track (NaN for the root)."""
+        """Returns the accelerations of all robots, shape (..., n, 2), and what each tracks (NaN for the root)."""
         u = np.full((*state.g.shape[:-1], 2), np.nan)
         g, xi = np.full_like(state.g, np.nan), np.full_like(state.xi, np.nan)
         u[..., 0, :] = u_root
@@ -123,7 +123,7 @@ class _Log:
         self._arrays: dict[str, np.ndarray] = {}
 
     def write(self, state: State, tracked: State, simulation: Simulation, u: Array | None) -> None:
-        """Adds one row: the state, what was tracked, the telemetry of the period before, the command of the one to come."""
+        """Adds a row: state, what was tracked, telemetry of the period before, command of the one to come."""
         error = se2.between(tracked.g, state.g)
         error = np.concatenate([error[..., :2], se2.wrap(error[..., 2:])], axis=-1)
         row = {"pose": state.g, "twist": state.xi, "leader_pose": tracked.g, "leader_twist": tracked.xi, "error": error}

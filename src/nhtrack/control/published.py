@@ -14,19 +14,19 @@ from nhtrack.control.relative import adjoint_attitude, relative_motion, side_ang
 
 @dataclass(frozen=True)
 class Published:
-    """Theorem 1, paper eq. 26, in the project's order:
+    """The tracking law of Theorem 1, paper eq. 26.
 
         u_theta1 = -ke (theta01 - theta~01) - kp (theta01 + k beta) - kd omega01 + u_theta0
         u_x1     = -kp q_x - kd v_x01 + (u_x0 - u_theta0 r_y) cos theta01 + u_theta0 r_x sin theta01
 
-    with (r_x, r_y, theta01) the follower seen from the leader, q its exponential coordinates, beta = -arctan(q_y/q_x) and
-    theta~01 the adjoint attitude. `variant="full"` adds to u_x1 the x component of the bracket [xi_1, xi_01],
+    with (r_x, r_y, theta01) the follower seen from the leader, q its exponential coordinates, beta = -arctan(q_y/q_x)
+    and theta~01 the adjoint attitude. `variant="full"` adds to u_x1 the x component of the bracket [xi_1, xi_01],
     `-omega_1 v_y01`, which the paper's own general form has (eq. 25) and its printed law drops.
 
     Assumes: states measured without error; leader without lateral velocity (another leader's is taken in by the adjoint
-    attitude and the relative velocity). Claims, as printed: global asymptotic tracking of any reference. What holds: with
-    the leader at rest, alignment from almost every start where k > 2 (1 + ke/kp) and kd >= 2 sqrt(kp); with a moving leader a
-    limit cycle around it remains (tests/property/test_laws.py; docs/theory.md).
+    attitude and the relative velocity). Claims, as printed: global asymptotic tracking of any reference. What holds:
+    with the leader at rest, alignment from almost every start where k > 2 (1 + ke/kp) and kd >= 2 sqrt(kp); with a
+    moving leader a limit cycle around it remains (tests/property/test_laws.py; docs/theory.md).
 
     Attributes:
         kp: position gain [1/s^2].
@@ -69,7 +69,7 @@ class Published:
         return xp.stack([u_x, u_theta], axis=-1), relative.turns
 
     def warnings(self) -> tuple[str, ...]:
-        """Returns what the gains break, with the formula; empty where alignment with a resting leader is to be expected."""
+        """Returns what the gains break, with the formula; empty where a resting leader's heading is reached."""
         return gain_warnings(self.kp, self.kd, self.ke, self.k)
 
 

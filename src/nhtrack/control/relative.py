@@ -14,11 +14,12 @@ class Relative(NamedTuple):
     """Relative configuration and velocity; every array has the shape (...) or (..., components).
 
     Attributes:
-        g: pose of the follower seen from the leader, (r_x, r_y, theta01), heading within pi + hysteresis, shape (..., 3).
+        g: pose of the follower seen from the leader, (r_x, r_y, theta01), heading within pi + hysteresis, shape (...,
+            3).
         q: exponential coordinates (q_x, q_y), shape (..., 2).
         xi: relative twist xi_1 - Ad_{g^-1} xi_0 in the follower's frame (paper eq. 15), shape (..., 3).
-        carried: leader's velocity at the follower's place, in the leader's frame (v_0 - omega_0 r_y, v_y0 + omega_0 r_x),
-            shape (..., 2): the velocity a point fixed in the leader's frame has.
+        carried: leader's velocity at the follower's place, in the leader's frame (v_0 - omega_0 r_y, v_y0 + omega_0
+            r_x), shape (..., 2): the velocity a point fixed in the leader's frame has.
         turns: winding number taken off the relative heading, shape (...); the memory of the next call.
     """
 
@@ -56,8 +57,8 @@ def relative_motion(follower: Robots, leader: Leader, turns: Array | None, hyste
 def arctan_ratio(y: Array, x: Array, dead_zone: float) -> Array:
     """Returns arctan(y/x) in [-pi/2, pi/2], +-pi/2 where x = 0, and 0 where |(x, y)| < dead_zone.
 
-    The paper's two angles are such quotients, and both become 0/0 where tracking should end: there the direction of (x, y)
-    is noise. It jumps by pi where x changes sign, as the paper's does.
+    The paper's two angles are such quotients, and both become 0/0 where tracking should end: there the direction of
+    (x, y) is noise. It jumps by pi where x changes sign, as the paper's does.
     """
     xp = namespace(y, x)
     angle = xp.atan2(xp.where(x < 0, -y, y), xp.abs(x))
@@ -72,7 +73,7 @@ def side_angle(relative: Relative, dead_zone: float) -> Array:
 def adjoint_attitude(relative: Relative, dead_zone: float) -> Array:
     """Returns theta~01 = arctan(omega_0 r_x / (v_0 - omega_0 r_y)) (paper eq. 17), shape (...).
 
-    The relative heading for which the relative velocity has no lateral part. With lateral leader velocity the numerator is
-    v_y0 + omega_0 r_x.
+    The relative heading for which the relative velocity has no lateral part. With lateral leader velocity the
+    numerator is v_y0 + omega_0 r_x.
     """
     return arctan_ratio(relative.carried[..., 1], relative.carried[..., 0], dead_zone)

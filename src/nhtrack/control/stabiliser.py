@@ -12,12 +12,12 @@ from nhtrack.control.relative import relative_motion, side_angle
 
 @dataclass(frozen=True)
 class Stabiliser:
-    """Lemma 1: brings a follower to the pose of a leader at rest,
+    """The law of Lemma 1, which brings a follower to the pose of a leader at rest.
 
         u_theta = -kp (theta + k beta) - kd omega,   u_x = -kp q_x - kd v
 
-    with (q_x, q_y, theta) the exponential coordinates of the follower seen from the leader, beta = -arctan(q_y/q_x), and the
-    follower's own velocities.
+    with (q_x, q_y, theta) the exponential coordinates of the follower seen from the leader, beta = -arctan(q_y/q_x),
+    and the follower's own velocities.
 
     Assumes: a leader at rest (its motion is not looked at); states measured without error. Claims: convergence to the
     leader's pose from any start; needs k > 2 and kd >= 2 sqrt(kp), which the paper does not say

@@ -32,8 +32,8 @@ class Parts:
 def identify_parts(model: mujoco.MjModel) -> Parts:
     """Returns the names of chassis, wheels, motors, tyres and casters of the one robot in a compiled model.
 
-    The chassis is the body with a free joint; the driven wheels are the two hinges along y that torque motors act on; a tyre
-    is a wheel's collision geom; casters are the other collision spheres that reach the floor.
+    The chassis is the body with a free joint; the driven wheels are the two hinges along y that torque motors act on;
+    a tyre is a wheel's collision geom; casters are the other collision spheres that reach the floor.
 
     Raises:
         RobotError: what is missing, doubled, unnamed or of the wrong kind, and what was found instead.
@@ -69,8 +69,8 @@ def identify(model: mujoco.MjModel) -> DiffDrive:
     Mass, first moment and inertias are read from MuJoCo's own mass matrix at the reference configuration.
 
     Raises:
-        RobotError: as `identify_parts`; or wheels that differ, a body origin that is not the axle midpoint, missing motor
-            data.
+        RobotError: as `identify_parts`; or wheels that differ, a body origin that is not the axle midpoint, missing
+            motor data.
     """
     parts = identify_parts(model)
     data = _at_reference(model)
@@ -157,11 +157,13 @@ def _tyre(model: mujoco.MjModel, joint: int) -> int:
     shape = mujoco.mjtGeom(int(model.geom_type[geoms[0]]))
     if shape not in _ONE_POINT_SHAPES:
         raise RobotError(
-            f"wheel {wheel!r}: its collision geom is a {shape.name.removeprefix('mjGEOM_').lower()}, which touches the floor "
-            "in more than one point and so resists turning; use a sphere or an ellipsoid and draw the cylinder as a visual"
+            f"wheel {wheel!r}: its collision geom is a {shape.name.removeprefix('mjGEOM_').lower()}, which touches the "
+            "floor in more than one point and so resists turning; use a sphere or an ellipsoid and draw the cylinder "
+            "as a visual"
         )
     if model.geom_condim[geoms[0]] != 3:
-        raise RobotError(f"wheel {wheel!r}: expected condim 3 (sliding friction only), got {model.geom_condim[geoms[0]]}")
+        given = int(model.geom_condim[geoms[0]])
+        raise RobotError(f"wheel {wheel!r}: expected condim 3 (sliding friction only), got {given}")
     return geoms[0]
 
 
@@ -196,7 +198,8 @@ def _motor(model: mujoco.MjModel, parts: Parts) -> Motor:
             raise RobotError(f"motor {name!r}: expected a ctrlrange, the torque its driver allows")
         limits.append(float(actuator.ctrlrange[1] * actuator.gear[0] * actuator.gainprm[0]))
     if not np.isclose(limits[0], limits[1]) or limits[0] <= 0:
-        raise RobotError(f"the motors' torque limits must be equal and positive, got {limits[0]:g} and {limits[1]:g} N m")
+        given = f"{limits[0]:g} and {limits[1]:g} N m"
+        raise RobotError(f"the motors' torque limits must be equal and positive, got {given}")
     return Motor(limits[0], _numeric(model, "motor_stall_torque"), _numeric(model, "motor_no_load_speed"))
 
 

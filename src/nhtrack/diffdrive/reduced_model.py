@@ -1,7 +1,7 @@
 """Dynamics of a differential-drive robot that does not slip, in the two velocities (v, omega) that are left to it.
 
-Body frame: origin at the axle midpoint on the axle, x forward, y along the axle to the left, z up. Planar inertia of the
-whole robot about that point, in the order (v_x, v_y, omega):
+Body frame: origin at the axle midpoint on the axle, x forward, y along the axle to the left, z up. Planar inertia of
+the whole robot about that point, in the order (v_x, v_y, omega):
 
     I = [[m, 0, -m c_y], [0, m, m c_x], [-m c_y, m c_x, J_axle]]
 
@@ -73,7 +73,7 @@ class DiffDrive:
 
     @property
     def first_moment(self) -> tuple[float, float]:
-        """m c_x and m c_y of the whole robot [kg m]."""
+        """First moments m c_x and m c_y of the whole robot [kg m]."""
         return self.mass * self.com[0], self.mass * self.com[1]
 
     @property
@@ -115,7 +115,7 @@ class DiffDrive:
     ) -> Array:
         """Returns the wheel torques (left, right) [N m], shape (..., 2), that accelerate the robot by (u_x, u_theta).
 
-        Compensation: the motors supply the longitudinal force and the moment of `ground_wrench` and the wheels' own spin-up,
+        The motors supply the longitudinal force and the moment of `ground_wrench` and the wheels' own spin-up,
         `f = f_x + (2 I_w / r^2) u_x`, `t = tau + (2 I_w b^2 / r^2) u_theta`, split as `r/2 (f -+ t/b)`.
 
         Args:
@@ -136,7 +136,7 @@ class DiffDrive:
         return xp.stack([half_force - half_moment, half_force + half_moment], axis=-1)
 
     def wheel_speeds(self, v: Array, omega: Array) -> Array:
-        """Returns the speeds (left, right) [rad/s] of wheels that roll without slip, (v -+ b omega)/r, shape (..., 2)."""
+        """Returns the speeds [rad/s] of wheels that roll without slip, (v -+ b omega)/r, shape (..., 2)."""
         xp = namespace(v, omega)
         across = self.half_separation * omega
         return xp.stack([v - across, v + across], axis=-1) / self.wheel_radius
@@ -144,15 +144,15 @@ class DiffDrive:
     def wheel_loads(self, v: Array, omega: Array, u_x: Array, u_theta: Array) -> Array:
         """Returns the quasi-static normal forces (left, right) [N], shape (..., 2).
 
-        Balance of vertical force, pitch and roll about the axle's ground point, with the inertia of the CoM at height h and
-        of the spinning wheels: with a_x = u_x - c_x omega^2 - c_y u_theta and a_y = omega v + c_x u_theta - c_y omega^2,
+        Balance of vertical force, pitch and roll about the axle's ground point, with the inertia of the CoM at height
+        h and of the spinning wheels; m (a_x, a_y) is the force of `ground_wrench`:
 
             sum N = m g
             sum N x = m g c_x - h m a_x - 2 I_w u_x / r
             sum N y = m g c_y - h m a_y - 2 I_w omega v / r
 
-        over the wheels and casters at (x, y): exact for three supports, least squares for more. A negative load means that
-        the wheel would lift.
+        over the wheels and casters at (x, y): exact for three supports, least squares for more. A negative load means
+        that the wheel would lift.
         """
         xp = namespace(v, omega, u_x, u_theta)
         f_x, f_y, _ = self.ground_wrench(v, omega, u_x, u_theta)
@@ -176,9 +176,9 @@ class DiffDrive:
     def friction_utilisation(self, v: Array, omega: Array, u_x: Array, u_theta: Array, friction: float) -> Array:
         """Returns the predicted utilisation of each wheel, hypot(f_long, f_lat)/(mu N), shape (..., 2).
 
-        Longitudinal force of a wheel f_x/2 -+ tau/(2 b), lateral force f_y/2 (the two wheels share an axle, so only their sum
-        is determined; equal shares are assumed), load from `wheel_loads`. Infinite where the wheel would lift or friction is
-        zero and a force is asked for, zero where none is.
+        Longitudinal force of a wheel f_x/2 -+ tau/(2 b), lateral force f_y/2 (the two wheels share an axle, so only
+        their sum is determined; equal shares are assumed), load from `wheel_loads`. Infinite where the wheel would
+        lift or friction is zero and a force is asked for, zero where none is.
         """
         xp = namespace(v, omega, u_x, u_theta)
         f_x, f_y, tau = self.ground_wrench(v, omega, u_x, u_theta)
@@ -188,7 +188,7 @@ class DiffDrive:
         return utilisation(demand, friction * self.wheel_loads(v, omega, u_x, u_theta))
 
     def acceleration(self, v: Array, omega: Array, torque: Array) -> Array:
-        """Returns (u_x, u_theta), shape (..., 2), under wheel torques (left, right), shape (..., 2); inverse of `wheel_torques`."""
+        """Returns (u_x, u_theta) under wheel torques (left, right), both (..., 2); inverse of `wheel_torques`."""
         xp = namespace(v, omega, torque)
         m_x, _ = self.first_moment
         force = (torque[..., 0] + torque[..., 1]) / self.wheel_radius

@@ -8,7 +8,7 @@ import numpy as np
 
 from nhtrack.control import Law, Published, Stabiliser
 from nhtrack.network import Network
-from nhtrack.reference import Reference, make_segments, make_signal
+from nhtrack.reference import Reference, Signal, make_segments, make_signal
 from nhtrack.scenario import schema
 from nhtrack.similarity import Similarity
 from nhtrack.simulation.scene import SceneSpec
@@ -23,9 +23,9 @@ class Experiment:
         network: who tracks whom.
         law: what every follower obeys.
         start: the state to begin with, shape (n, 3).
-        inputs: accelerations (u_x, u_theta) of the root for each control period, shape (periods, 2): the reference at the
-            middle of the period, which makes a held input follow a smooth one to second order and a piecewise constant one
-            exactly.
+        inputs: accelerations (u_x, u_theta) of the root for each control period, shape (periods, 2): the reference at
+            the middle of the period, which makes a held input follow a smooth one to second order and a piecewise
+            constant one exactly.
         dt: control period [s].
         similarity: scenario units to the robot's.
         scene: what to compose for MuJoCo.
@@ -98,7 +98,7 @@ def make_reference(given: schema.Input) -> Reference:
             raise TypeError("a CSV input becomes a table when the scenario is loaded; load it with nhtrack.load")
 
 
-def _signal(given: schema.Signal) -> object:
+def _signal(given: schema.Signal) -> Signal:
     if isinstance(given, tuple):
         return make_segments([(segment.until, segment.value) for segment in given])
     return make_signal(given)

@@ -19,8 +19,8 @@ _NODES, _WEIGHTS = (_NODES + 1) / 2, _WEIGHTS / 2
 def propagate(g: Array, xi: Array, u: Array, dt: float) -> tuple[Array, Array]:
     """Returns poses and twists after dt under constant accelerations, the flow of the paper's system (eq. 3).
 
-    `x' = v cos(theta), y' = v sin(theta), theta' = omega, v' = u_x, omega' = u_theta`. Velocities and heading are polynomials
-    in time; the position is their quadrature, written in the frame of the starting heading.
+    `x' = v cos(theta), y' = v sin(theta), theta' = omega, v' = u_x, omega' = u_theta`. Velocities and heading are
+    polynomials in time; the position is their quadrature, written in the frame of the starting heading.
 
     Args:
         g: poses, shape (..., n, 3).

@@ -8,7 +8,8 @@ t_k - h/2. This module keeps to that reading and is second order in h because of
 - a velocity is resolved in the heading of its own time, t_k - h/2, and carried to t_k by half a step's acceleration;
 - a robot placed with a twist is given the velocity it would have had half a step earlier at that constant twist.
 
-The compensation runs every physics step, as a wheel's torque controller would; the command changes every control period.
+The compensation runs every physics step, as a wheel's torque controller would; the command changes every control
+period.
 """
 
 from __future__ import annotations
@@ -150,7 +151,8 @@ class MujocoSimulation:
         v, omega = last.v + half * before[..., 0], last.omega + half * before[..., 1]
         u_x, u_theta = during[..., 0], during[..., 1]
         at = self.scene.addresses
-        # MuJoCo takes centripetal terms from its own velocities, lateral acceleration from what the contacts make of it.
+        # MuJoCo takes centripetal terms from its own velocities, lateral acceleration from what the contacts make of
+        # it.
         demand = self.drive.wheel_torques(v, omega, u_x, u_theta, omega_squared=last.omega * last.omega)
         torque = self.drive.motor.saturate(demand, self._qvel[:, at.wheel_qvel])
         self._ctrl[:, at.motors] = torque
@@ -193,7 +195,8 @@ class MujocoSimulation:
             theta = self._g[:, 0, 2]
             position, quaternion = self._engine.bind("mocap_pos"), self._engine.bind("mocap_quat")
             position[:, self.scene.marker, :2] = self._g[:, 0, :2]
-            quaternion[:, self.scene.marker] = np.stack([np.cos(theta / 2), 0 * theta, 0 * theta, np.sin(theta / 2)], -1)
+            quaternion[:, self.scene.marker] = np.stack([np.cos(theta / 2), 0 * theta, 0 * theta, np.sin(theta / 2)],
+            -1)
 
     def _with_root(self, telemetry: dict[str, Array]) -> dict[str, Array]:
         """Adds the row of a root that has no wheels, NaN, and takes off a batch axis that was not asked for."""
@@ -247,10 +250,10 @@ class MujocoSimulation:
 def contact_damping(model: mujoco.MjModel, tyre: int) -> float:
     """Returns b = 2/(d timeconst) [1/s], the rate at which a contact of this geom gives up sliding velocity.
 
-    From the geom's solref (timeconst) and the impedance d that solimp gives at small penetration; MuJoCo leaves the rate of
-    the contact frame out of its rows, so a turning wheel without correction slides sideways at v omega / b.
+    From the geom's solref (timeconst) and the impedance d that solimp gives at small penetration; MuJoCo leaves the
+    rate of the contact frame out of its rows, so a turning wheel without correction slides sideways at v omega / b.
     """
-    timeconst = max(float(model.geom_solref[tyre, 0]), 2 * model.opt.timestep)
+    timeconst = max(float(model.geom_solref[tyre, 0]), 2 * float(model.opt.timestep))
     return 2 / (float(model.geom_solimp[tyre, 1]) * timeconst)
 
 

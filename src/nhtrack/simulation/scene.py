@@ -11,11 +11,12 @@ from typing import Any
 
 import mujoco
 import numpy as np
+
 from nhtrack import assets
 from nhtrack.arrays import Array
 from nhtrack.diffdrive import DiffDrive, identify
-from nhtrack.diffdrive.reduced_model import GRAVITY
 from nhtrack.diffdrive.identification import Parts, identify_parts
+from nhtrack.diffdrive.reduced_model import GRAVITY
 from nhtrack.errors import RobotError, did_you_mean
 
 # Colours of the robots, root first: a set that colour-blind readers can tell apart (Okabe and Ito 2008).
@@ -285,7 +286,7 @@ def _add_cameras(arena: Any, bounds: tuple[float, float, float, float]) -> None:
     centre = np.array([(x_min + x_max) / 2, (y_min + y_max) / 2, 0.0])
     span = max(x_max - x_min, (y_max - y_min) * 4 / 3, 0.5)
     distance = 0.6 * span / np.tan(np.radians(45) / 2)
-    arena.worldbody.add("camera", name="top", pos=centre + (0, 0, distance), xyaxes=(1, 0, 0, 0, 1, 0), fovy=45)
+    arena.worldbody.add("camera", name="top", pos=centre + np.array([0, 0, distance]), xyaxes=(1, 0, 0, 0, 1, 0), fovy=45)
     ahead = np.array([np.cos(np.radians(40)), 0, np.sin(np.radians(40))])
     position = centre + distance * np.array([0, -ahead[0], ahead[2]])
     arena.worldbody.add("camera", name="isometric", pos=position, xyaxes=(1, 0, 0, 0, ahead[2], ahead[0]), fovy=45)

@@ -1,0 +1,1 @@
+"""Studies: scenarios into recordings, figures and tables."""

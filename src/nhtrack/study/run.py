@@ -1,0 +1,254 @@
+"""One scenario into one folder of results: recording, summary, figures, film."""
+
+from __future__ import annotations
+
+import importlib.metadata
+import json
+import platform
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+from nhtrack.diffdrive import DiffDrive, identify
+from nhtrack.errors import NhtrackError, SimulationDiverged
+from nhtrack.metrics import summary
+from nhtrack.recording import Recording, atomic_path, make_recording
+from nhtrack.rollout import Progress, Rollout, rollout
+from nhtrack.scenario.build import Experiment, build
+from nhtrack.scenario.load import load
+from nhtrack.scenario.schema import Scenario
+from nhtrack.simulation.ideal import IdealSimulation
+from nhtrack.simulation.mujoco import MujocoSimulation
+from nhtrack.simulation.scene import Scene, load_robot, make_scene
+
+# What a stage of a run is called on the screen, and a way to report how far it is.
+Stage = Callable[[str], Progress]
+
+_VERSIONED = ("nhtrack", "mujoco", "numpy", "scipy", "dm-control", "array-api-compat")
+
+
+class OutputError(NhtrackError):
+    """A results folder that cannot be used."""
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What a run left behind.
+
+    Attributes:
+        recording: the run.
+        summary: its figures, see `nhtrack.metrics.summary`, with the warnings.
+        failure: why it ended early, or None.
+        folder: where the files are, or None for a run in memory.
+        files: the files written, in the order of writing.
+        skipped: what was asked for and could not be made, with the reason.
+    """
+
+    recording: Recording
+    summary: dict[str, Any]
+    failure: SimulationDiverged | None
+    folder: Path | None = None
+    files: tuple[Path, ...] = ()
+    skipped: tuple[str, ...] = field(default=())
+
+
+def run(scenario: Scenario | str | Path) -> Recording:
+    """Returns the recording of a scenario, run in memory.
+
+    Args:
+        scenario: a loaded scenario, a scenario file, or the name of a bundled scenario.
+
+    Raises:
+        ScenarioError: everything wrong with the file.
+        SimulationDiverged: the run left the region where its numbers mean anything.
+    """
+    outcome = simulate(scenario if isinstance(scenario, Scenario) else load(scenario))
+    if outcome.failure is not None:
+        raise outcome.failure
+    return outcome.recording
+
+
+def simulate(scenario: Scenario, stage: Stage | None = None) -> Outcome:
+    """Returns the outcome of a scenario and its ideal twin, in memory.
+
+    The twin runs first, its own closed loop on the ideal integrator, through the same rollout with the same sampled
+    law.
+
+    Args:
+        scenario: what to run.
+        stage: called with the name of each stage; returns what to report its progress to.
+    """
+    experiment = build(scenario)
+    drive = identify(load_robot(scenario.robot))
+    ideal = IdealSimulation(experiment.network.names, drive, experiment.dt, scenario.physics.friction)
+    twin = _roll(ideal, experiment, stage, "ideal twin")
+    if twin.interrupted:
+        raise KeyboardInterrupt  # before the run proper began: there is nothing to keep
+    if scenario.backend == "ideal":
+        main, scene = twin, None
+    else:
+        scene = make_scene(replace(experiment.scene, bounds=_bounds(twin)))
+        main = _roll(MujocoSimulation(scene, experiment.dt), experiment, stage, "MuJoCo")
+    recording = _recording(scenario, experiment, drive, main, twin, scene)
+    figures = summary(recording) | {"warnings": list(warnings(scenario, experiment, twin, drive))}
+    return Outcome(recording, figures, main.failure)
+
+
+def run_scenario(
+    scenario: Scenario,
+    out: Path | None = None,
+    *,
+    overwrite: bool = False,
+    figures: bool = True,
+    video: bool = True,
+    stage: Stage | None = None,
+) -> Outcome:
+    """Runs a scenario and writes its results into a folder.
+
+    `recording.nc` and `summary.json` always, `figures/` and `video.mp4` unless told otherwise. A run that diverges or
+    is interrupted keeps what it recorded; figures are drawn of it, no film is made.
+
+    Args:
+        scenario: what to run.
+        out: the folder; `runs/<name>-<n>/` with the first free n by default.
+        overwrite: allow a folder that has files in it.
+        figures: whether to draw figures.
+        video: whether to make the film.
+        stage: see `simulate`.
+
+    Raises:
+        OutputError: the folder exists and has files in it; nothing is run.
+    """
+    if out is not None and not overwrite and out.exists() and (not out.is_dir() or any(out.iterdir())):
+        raise OutputError(f"{out} exists already; choose another --out, or --force to write into it")
+    outcome = simulate(scenario, stage)
+    folder = _fresh_folder(scenario.name) if out is None else out
+    files = [outcome.recording.save(folder / "recording.nc"), save_json(folder / "summary.json", outcome.summary)]
+    skipped: list[str] = []
+    if figures:
+        from nhtrack.plots import save_figures
+
+        files += save_figures(outcome.recording, folder / "figures")
+    if video and outcome.recording.outcome == "completed":
+        film, reason = _film(scenario, outcome.recording, folder, stage)
+        files += film
+        skipped += reason
+    return replace(outcome, folder=folder, files=tuple(files), skipped=tuple(skipped))
+
+
+def warnings(scenario: Scenario, experiment: Experiment, twin: Rollout, drive: DiffDrive) -> tuple[str, ...]:
+    """Returns what the gains and the ideal run say will go wrong on wheels, in sentences."""
+    found = list(experiment.law.warnings())
+    if scenario.backend == "ideal":
+        return tuple(found)
+    bodies = [i for i, name in enumerate(experiment.network.names) if name in experiment.scene.bodies]
+    for index in bodies:
+        name = experiment.network.names[index]
+        demand = twin.variables["friction_utilisation_predicted"][:, index].max(axis=-1)
+        if demand.max() > 1:
+            found.append(
+                f"{name} is predicted to slip: it needs {demand.max():.2g} times the friction there is, "
+                f"first at {twin.time[int((demand > 1).argmax())]:.3g} s; a larger similarity.time asks for less"
+            )
+        cut = twin.variables["torque_saturation"][:, index].max(axis=-1) > 0
+        if cut.any():
+            found.append(
+                f"{name} is predicted to exceed its motors' limits ({drive.motor.torque_limit:.3g} N m, "
+                f"{drive.motor.no_load_speed:.3g} rad/s) for {100 * cut.mean():.2g} % of the run, "
+                f"first at {twin.time[int(cut.argmax())]:.3g} s"
+            )
+    return tuple(found)
+
+
+def save_json(path: Path, tree: Any) -> Path:
+    """Writes a tree as indented JSON; the file appears under its name only once it is whole."""
+    with atomic_path(path) as temporary:
+        temporary.write_text(json.dumps(tree, indent=2, allow_nan=False) + "\n")
+    return path
+
+
+def _roll(
+    simulation: IdealSimulation | MujocoSimulation, experiment: Experiment, stage: Stage | None, name: str
+) -> Rollout:
+    progress = stage(name) if stage is not None else None
+    return rollout(simulation, experiment.law, experiment.network, experiment.inputs, experiment.start, progress)
+
+
+def _bounds(twin: Rollout) -> tuple[float, float, float, float]:
+    """Returns the rectangle of the floor that the robots of a run cover [m]."""
+    pose = twin.variables["pose"]
+    low, high = pose[..., :2].min(axis=(0, 1)), pose[..., :2].max(axis=(0, 1))
+    return float(low[0]), float(high[0]), float(low[1]), float(high[1])
+
+
+def _recording(
+    scenario: Scenario, experiment: Experiment, drive: DiffDrive, main: Rollout, twin: Rollout, scene: Scene | None
+) -> Recording:
+    # A run that ended early has fewer rows than its twin; a twin that did has fewer than the run.
+    rows = min(len(main.time), len(twin.time))
+    variables = {name: values[:rows] for name, values in main.variables.items()}
+    variables["ideal_pose"] = twin.variables["pose"][:rows]
+    outcome = "interrupted" if main.interrupted else "completed"
+    attributes = {
+        "name": scenario.name,
+        "backend": scenario.backend,
+        "outcome": f"diverged: {main.failure}" if main.failure else outcome,
+        "length_scale": scenario.similarity.length,
+        "time_scale": scenario.similarity.time,
+        "friction": scenario.physics.friction,
+        "torque_limit": drive.motor.torque_limit,
+        "seed": scenario.seed,
+        "control_rate": scenario.control_rate,
+        "parents": {name: list(parents) for name, parents in scenario.parents.items()},
+        "scenario": scenario.model_dump(mode="json"),
+        "scene": (scene.spec if scene else replace(experiment.scene, bounds=_bounds(twin))).to_json(),
+        "model_hash": scene.hash if scene else "",
+        "versions": versions(),
+    }
+    qpos = None if main.qpos is None else main.qpos[:rows]
+    return make_recording(main.time[:rows], experiment.network.names, variables, attributes, qpos)
+
+
+def versions() -> dict[str, str]:
+    """Returns the versions of Python, of the package and of the libraries that move its numbers."""
+    return {"python": platform.python_version()} | {name: importlib.metadata.version(name) for name in _VERSIONED}
+
+
+def _fresh_folder(name: str) -> Path:
+    """Makes and returns `runs/<name>-<n>` with the first free n; two runs at once get two folders."""
+    parent = Path("runs")
+    parent.mkdir(exist_ok=True)
+    n = 1
+    while True:
+        folder = parent / f"{name}-{n}"
+        try:
+            folder.mkdir()
+        except FileExistsError:
+            n += 1
+        else:
+            return folder
+
+
+def _film(
+    scenario: Scenario, recording: Recording, folder: Path, stage: Stage | None
+) -> tuple[list[Path], list[str]]:
+    """Returns the film, or the reason why there is none: a machine without GL still gets its numbers."""
+    from nhtrack.errors import RenderError
+    from nhtrack.video import render
+
+    wanted = scenario.video
+    progress = stage("video") if stage is not None else None
+    try:
+        film = render(
+            recording,
+            folder / "video.mp4",
+            camera=wanted.camera,
+            size=wanted.size,
+            fps=wanted.fps,
+            speed=wanted.speed,
+            progress=progress,
+        )
+    except RenderError as error:
+        return [], [f"no video: {error}"]
+    return [film], []
