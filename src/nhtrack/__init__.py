@@ -1,5 +1,48 @@
-"""Trajectory tracking of nonholonomic mobile robots on MuJoCo wheel contacts, beside the ideal integrator."""
+"""Trajectory tracking of nonholonomic mobile robots on MuJoCo wheel contacts, beside the ideal integrator.
 
-from importlib.metadata import version
+    scenario = nhtrack.load("paper/example1")
+    recording = nhtrack.run(scenario)
 
-__version__ = version("nhtrack")
+The names below are imported when they are first used: importing the package itself has no effects.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from nhtrack.recording import Recording as Recording
+    from nhtrack.scenario.load import load as load
+    from nhtrack.scenario.schema import Scenario as Scenario
+    from nhtrack.study.run import run as run
+
+    __version__: str
+
+_HOMES = {
+    "Recording": "nhtrack.recording",
+    "Scenario": "nhtrack.scenario.schema",
+    "load": "nhtrack.scenario.load",
+    "run": "nhtrack.study.run",
+}
+
+__all__ = ["Recording", "Scenario", "__version__", "load", "run"]
+
+
+def __getattr__(name: str) -> Any:
+    """Imports a public name when it is first asked for."""
+    if name == "__version__":
+        from importlib.metadata import version
+
+        value: Any = version("nhtrack")
+    elif name in _HOMES:
+        value = getattr(import_module(_HOMES[name]), name)
+    else:
+        raise AttributeError(f"module 'nhtrack' has no attribute {name!r}; it has {', '.join(__all__)}")
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    """Lists the public names, imported or not."""
+    return sorted({*globals(), *__all__})

@@ -19,9 +19,7 @@ def _directory(name: str) -> Path:
     for candidate in (bundled, checkout):
         if candidate.is_dir():
             return candidate
-    raise AssetError(
-        f"the {name}/ folder is missing from this installation; looked in {bundled} and {checkout}"
-    )
+    raise AssetError(f"the {name}/ folder is missing from this installation; looked in {bundled} and {checkout}")
 
 
 def models_directory() -> Path:
@@ -65,3 +63,15 @@ def find_scenario(name: str) -> Path:
     if name not in bundled_scenarios():
         raise AssetError(f"no bundled scenario {name!r}; {did_you_mean(name, bundled_scenarios())}")
     return scenarios_directory() / f"{name}.yaml"
+
+
+def robot_description(name: str) -> str:
+    """Returns what a bundled robot is, in the first sentence of its README; empty where it has none.
+
+    Raises:
+        AssetError: no such robot.
+    """
+    readme = find_robot(name).with_name("README.md")
+    paragraphs = readme.read_text(encoding="utf-8").split("\n\n") if readme.is_file() else []
+    prose = (text for text in paragraphs if not text.lstrip().startswith(("#", "!", "<")))
+    return " ".join(next(prose, "").split()).split(". ")[0].rstrip(".")

@@ -1,1 +1,1 @@
-"""Scenario files: what they may say, how they are read, what they are built into."""
+"""Scenario files: their schema, their faults, and the objects they become."""

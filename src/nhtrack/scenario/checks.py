@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from nhtrack import assets
-from nhtrack.errors import did_you_mean
+from nhtrack.errors import RobotError, did_you_mean
 from nhtrack.network import network_faults
 from nhtrack.reference import ReferenceInputError, Signal, Table, make_segments, make_signal
 from nhtrack.scenario.schema import Leader, Physics, Scenario, Similarity
@@ -24,6 +24,7 @@ from nhtrack.scenario.tree import Path, lookup
 Finding = tuple[Path, str]
 
 MOST_PERIODS = 2_000_000  # five and a half hours at 100 Hz; beyond it a recording no longer fits in memory
+MOST_STEPS = 1e7  # physics steps in a control period; beyond it the schema's bounds have the word
 _INPUT: Path = ("leader", "input")
 
 
@@ -77,10 +78,10 @@ class _Clock:
 
     @property
     def times(self) -> np.ndarray | None:
-        """Scenario times at which the input is sampled, shape (periods,)."""
+        """Scenario times at which the input is sampled: the middles of the periods, shape (periods,)."""
         if self.periods is None or self.duration is None or not 0.999 <= self.periods <= MOST_PERIODS:
             return None
-        return np.arange(round(self.periods)) * (self.duration / self.periods)
+        return (np.arange(round(self.periods)) + 0.5) * (self.duration / self.periods)
 
 
 def _positive(value: Any) -> float | None:
@@ -93,8 +94,8 @@ def _clock_findings(clock: _Clock) -> Iterator[Finding]:
     """Yields faults of durations and rates that do not fit each other."""
     rate, timestep = clock.control_rate, clock.timestep
     if rate is not None and timestep is not None:
-        steps = 1.0 / (timestep * rate)
-        if round(steps) < 1 or abs(steps - round(steps)) > 1e-9 * steps:
+        steps = 1.0 / timestep / rate
+        if steps < MOST_STEPS and (round(steps) < 1 or abs(steps - round(steps)) > 1e-9 * steps):
             yield ("control_rate",), _rate_message(rate, timestep)
     if clock.periods is None or clock.duration is None or clock.scale is None or rate is None:
         return
@@ -112,13 +113,13 @@ def _rate_message(rate: float, timestep: float) -> str:
     physics_rate = 1.0 / timestep
     if rate > physics_rate:
         return f"{rate:g} Hz is faster than physics ({physics_rate:g} Hz); lower it, or physics.timestep"
-    steps = physics_rate / rate
-    rates = [r for n in range(1, 2 * math.ceil(steps) + 2) if _exact(r := physics_rate / n)]
-    below = max((r for r in rates if r < rate), default=rates[-1])
-    above = min((r for r in rates if r > rate), default=rates[0])
+    steps = math.floor(physics_rate / rate)
+    counts = range(max(1, steps - 50), steps + 50)
+    nearest = sorted((physics_rate / n for n in counts), key=lambda near: abs(near - rate))
+    offers = " or ".join(f"{near:g}" for near in [near for near in nearest if _exact(near)][:2])
     return (
-        f"{rate:g} Hz does not divide the physics rate of {physics_rate:g} Hz (physics.timestep {timestep:g} s)"
-        f"; nearest that do: {below:g} and {above:g} Hz"
+        f"{rate:g} Hz does not divide the physics rate of {physics_rate:g} Hz, "
+        f"the inverse of physics.timestep {timestep:g} s" + (f"; try {offers} Hz" if offers else "")
     )
 
 
@@ -175,11 +176,25 @@ def _robot_findings(tree: Mapping[str, Any], directory: FilePath) -> Iterator[Fi
         )
     elif not (directory / robot).is_file():
         yield ("robot",), f"no MJCF file {str(directory / robot)!r}"
+    else:
+        yield from _robot_file_findings(directory / robot)
+
+
+def _robot_file_findings(path: FilePath) -> Iterator[Finding]:
+    """Yields why an MJCF file is not a differential-drive robot."""
+    # MuJoCo takes a while to import, and only a robot of the user's own needs it here.
+    from nhtrack.diffdrive import identify
+    from nhtrack.simulation.scene import load_robot
+
+    try:
+        identify(load_robot(str(path)))
+    except RobotError as error:
+        yield ("robot",), " ".join(str(error).split())
 
 
 def is_robot_file(robot: str) -> bool:
     """Returns whether a scenario's `robot` is a path to an MJCF file rather than a bundled name."""
-    return robot.endswith(".xml") or "/" in robot
+    return robot.endswith(".xml")
 
 
 def _input_findings(tree: Mapping[str, Any], clock: _Clock) -> Iterator[Finding]:

@@ -13,7 +13,7 @@ from ruamel.yaml.error import YAMLError
 from nhtrack import assets
 from nhtrack.errors import Fault, ScenarioError, did_you_mean
 from nhtrack.scenario.checks import findings, is_robot_file
-from nhtrack.scenario.inputs import read_table
+from nhtrack.scenario.csv_table import read_table
 from nhtrack.scenario.messages import shape_faults
 from nhtrack.scenario.schema import Scenario
 from nhtrack.scenario.tree import (
@@ -155,9 +155,7 @@ def _load_document(
     problems += [(path, message) for path, message in findings(tree, directory) if path not in known]
     unreadable = {fault.key for fault in document.faults if "twice" not in fault.message}
     faults = document.faults + [
-        _placed(path, message, document, changed)
-        for path, message in problems
-        if dotted(path) not in unreadable
+        _placed(path, message, document, changed) for path, message in problems if dotted(path) not in unreadable
     ]
     if faults or scenario is None:
         raise ScenarioError(source, list(dict.fromkeys(faults)))
@@ -204,9 +202,7 @@ def _scenario_path(source: str | FilePath) -> FilePath:
     if name in assets.bundled_scenarios():
         return assets.find_scenario(name)
     hint = did_you_mean(name.removesuffix(".yaml"), assets.bundled_scenarios())
-    raise ScenarioError(
-        source, [Fault(0, 0, "", f"no such file, and no bundled scenario of that name; {hint}")]
-    )
+    raise ScenarioError(source, [Fault(0, 0, "", f"no such file, and no bundled scenario of that name; {hint}")])
 
 
 def _read(path: FilePath) -> str:

@@ -127,7 +127,7 @@ class Contact(Section):
 class Physics(Section):
     """How MuJoCo steps."""
 
-    timestep: float = Field(default=0.001, gt=0, le=0.1, description="physics step on the robot's clock [s]")
+    timestep: float = Field(default=0.001, ge=1e-6, le=0.1, description="physics step on the robot's clock [s]")
     friction: float = Field(
         default=1.0, ge=0, description="Coulomb friction coefficient of wheels and floor [1]"
     )

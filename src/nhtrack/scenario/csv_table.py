@@ -1,4 +1,4 @@
-"""The leader's input as a scenario gives it, turned into a reference."""
+"""The leader's input as a CSV file."""
 
 from __future__ import annotations
 
@@ -6,32 +6,7 @@ import csv
 from collections.abc import Sequence
 from pathlib import Path
 
-from nhtrack.reference import Expression, Reference, ReferenceInputError, Segments, make_segments, make_signal
-from nhtrack.scenario.schema import CsvInput, Scenario, Segment, TableInput
-
 CSV_COLUMNS = ("t", "u_x", "u_theta")
-
-
-def make_reference(scenario: Scenario) -> Reference:
-    """Returns the leader's reference of a loaded scenario, in scenario units.
-
-    Raises:
-        ReferenceInputError: an input that only a scenario built by hand can have.
-    """
-    given = scenario.leader.input
-    if isinstance(given, TableInput):
-        return Reference.from_table(given.table.t, given.table.u_x, given.table.u_theta, given.interpolation)
-    if isinstance(given, CsvInput):
-        raise ReferenceInputError(
-            f"the CSV file {given.csv!r} has not been read; scenarios come from nhtrack.load"
-        )
-    return Reference(_signal(given.u_x), _signal(given.u_theta))
-
-
-def _signal(value: float | str | tuple[Segment, ...]) -> Expression | Segments:
-    if isinstance(value, tuple):
-        return make_segments([(piece.until, piece.value) for piece in value])
-    return make_signal(value)
 
 
 def read_table(path: Path) -> dict[str, list[float]]:

@@ -1,0 +1,123 @@
+"""The JSON Schema of scenario files, and docs/scenario.md written from it.
+
+`python -m nhtrack.scenario.documentation docs/scenario.md` writes the page.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+from nhtrack.reference import CONSTANTS, FUNCTIONS
+from nhtrack.scenario.schema import Scenario
+
+COMMAND = "python -m nhtrack.scenario.documentation docs/scenario.md"
+
+_BOUNDS = {"exclusiveMinimum": ">", "minimum": ">=", "exclusiveMaximum": "<", "maximum": "<="}
+
+
+def json_schema() -> dict[str, Any]:
+    """Returns the JSON Schema (draft 2020-12) of a scenario file."""
+    schema = Scenario.model_json_schema()
+    return {"$schema": "https://json-schema.org/draft/2020-12/schema", **schema}
+
+
+def reference_page() -> str:
+    """Returns docs/scenario.md: every section of a scenario file, every key with type, default, unit and meaning."""
+    schema = json_schema()
+    parts = [_INTRODUCTION.format(command=COMMAND)]
+    parts += [_section(name, part) for name, part in _sections(schema)]
+    functions = ", ".join(f"`{name}`" for name in sorted(FUNCTIONS))
+    constants = ", ".join(f"`{name}`" for name in ("t", *CONSTANTS))
+    parts.append(_FORMULAS.format(functions=functions, constants=constants))
+    return "\n".join(parts)
+
+
+def _sections(schema: Mapping[str, Any]) -> Iterator[tuple[str, Mapping[str, Any]]]:
+    """Yields every section after the one that first speaks of it, the whole scenario first."""
+    waiting: list[tuple[str, Mapping[str, Any]]] = [("Scenario", schema)]
+    seen = {"Scenario"}
+    while waiting:
+        name, part = waiting.pop(0)
+        yield name, part
+        fresh = [other for other in _mentioned(part["properties"]) if other not in seen]
+        seen.update(fresh)
+        waiting = [(other, schema["$defs"][other]) for other in fresh] + waiting
+
+
+def _mentioned(node: Any) -> list[str]:
+    """Returns the names of the sections a part of the schema refers to, in order, each once."""
+    if isinstance(node, Mapping):
+        own = [node["$ref"].rsplit("/", 1)[-1]] if "$ref" in node else []
+        found = own + [name for key, value in node.items() if key != "discriminator" for name in _mentioned(value)]
+    elif isinstance(node, list):
+        found = [name for value in node for name in _mentioned(value)]
+    else:
+        found = []
+    return list(dict.fromkeys(found))
+
+
+def _section(name: str, part: Mapping[str, Any]) -> str:
+    lines = [f"## {name}", "", part["description"], "", "| key | type | default | meaning |", "|---|---|---|---|"]
+    required = part.get("required", ())
+    for key, value in part["properties"].items():
+        default = "required" if key in required else f"`{json.dumps(value['default'])}`"
+        if isinstance(value.get("default"), dict):
+            default = "as below"
+        lines.append(f"| `{key}` | {_type(value)} | {default} | {value['description']} |")
+    return "\n".join(lines) + "\n"
+
+
+def _type(value: Mapping[str, Any]) -> str:
+    """Returns the type of a key in words, with its bounds."""
+    if "$ref" in value:
+        name = value["$ref"].rsplit("/", 1)[-1]
+        return f"[{name}](#{name.lower()})"
+    for union in ("oneOf", "anyOf"):
+        if union in value:
+            return " or ".join(_type(form) for form in value[union])
+    if "const" in value:
+        return f"`{value['const']}`"
+    if "enum" in value:
+        return ", ".join(f"`{choice}`" for choice in value["enum"])
+    if value.get("type") == "array":
+        if "prefixItems" in value:
+            return f"list of {len(value['prefixItems'])}: {_type(value['prefixItems'][0])}"
+        return f"list of {_type(value['items'])}"
+    words = {
+        "number": "number",
+        "integer": "whole number",
+        "boolean": "`true` or `false`",
+        "string": "text",
+        "null": "`null`",
+    }
+    bounds = [f"{sign} {value[bound]:.6g}" for bound, sign in _BOUNDS.items() if bound in value]
+    return " ".join([words[value["type"]], ", ".join(bounds)]).strip()
+
+
+_INTRODUCTION = """# Scenario files
+
+<!-- Written by `{command}`; do not edit. -->
+
+A scenario is one YAML file: one tree, no includes, no anchors. Unknown keys, wrong types and numbers that are
+not finite are refused, all of them at once, each with its line. `nhtrack init` writes a commented file to
+start from, `nhtrack validate` checks one, `nhtrack schema` prints the JSON Schema for editors, and `nhtrack
+run --set key.path=value` changes any key.
+
+Scenario units are whatever lengths and times the file is written in; `similarity` maps them to metres and
+seconds. Angles are radians. A relative path starts from the file's folder.
+"""
+
+_FORMULAS = """## Formulas
+
+Where a formula is allowed, it is arithmetic in {constants} with `+ - * / // % **`, comparisons (chained ones
+too), `and`, `or`, `not`, `a if condition else b`, `where(condition, a, b)` and the functions {functions}. It
+is asked at the middle of every control period, in scenario time, and must be finite there.
+"""
+
+
+if __name__ == "__main__":
+    Path(sys.argv[1]).write_text(reference_page(), encoding="utf-8")
