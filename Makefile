@@ -4,7 +4,7 @@ VENV   := .venv
 BIN    := $(VENV)/bin
 PYTHON ?= $(firstword $(foreach name,python3 python3.14 python3.13 python3.12 python3.11,$(call if_recent,$(name))))
 PIP    := $(BIN)/python -m pip --disable-pip-version-check --quiet
-APT    := DEBIAN_FRONTEND=noninteractive apt-get --quiet --quiet
+APT    := DEBIAN_FRONTEND=noninteractive apt-get -qq -o Dpkg::Use-Pty=0 >/dev/null
 INPUTS := pyproject.toml constraints.txt
 
 # A stamp is newer than what it was made from as long as nothing there has changed.
@@ -25,7 +25,7 @@ install = if $(BIN)/python -c 'import sys; sys.exit(sys.version_info >= (3, 13))
 # Shell command that succeeds where a headless OpenGL draws a picture
 draws = $(BIN)/python -c 'import sys, nhtrack.gl as gl; sys.exit(not any(gl.probe(b).ok for b in ("egl", "osmesa")))'
 
-EGL_PACKAGES    := libegl1 libgl1-mesa-dri
+EGL_PACKAGES    := libegl1 libgl1-mesa-dri libopengl0
 OSMESA_PACKAGES := libosmesa6
 
 .DEFAULT_GOAL := help

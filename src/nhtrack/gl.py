@@ -27,7 +27,7 @@ from nhtrack.errors import RenderError
 __all__ = ["Context", "Probe", "choose_backend", "find_backend", "make_context", "probe"]
 
 CANDIDATES = ("egl", "osmesa")
-PACKAGES = {"egl": "libegl1 libgl1-mesa-dri", "osmesa": "libosmesa6"}
+PACKAGES = {"egl": "libegl1 libgl1-mesa-dri libopengl0", "osmesa": "libosmesa6"}
 
 _OFF = frozenset({"disable", "disabled", "off", "false", "0"})
 _ANY = frozenset({"", "enable", "enabled", "on", "true", "1"})
