@@ -24,6 +24,9 @@ PALETTE = ("#D55E00", "#0072B2", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#F
 
 # Impedance so close to one that penetration, and with it the change of the rolling radius, is a few nanometres.
 _STIFF_SOLIMP = (0.9999, 0.9999, 0.001)
+# Robots are placed this far into the floor [m], so that every contact is active in the first step; at exactly zero
+# distance rounding would decide which are, and the robot would fall on the others.
+_TOUCH = 1e-9
 # A dense Jacobian is quicker for a handful of robots and ruinous for dozens (docs/fidelity.md).
 _DENSE_ROBOTS = 4
 
@@ -124,7 +127,7 @@ class Scene:
         qpos = np.zeros((*pose.shape[:-2], self.model.nq))
         qpos[..., at.root_qpos] = pose[..., 0]
         qpos[..., at.root_qpos + 1] = pose[..., 1]
-        qpos[..., at.root_qpos + 2] = self.drive.wheel_radius
+        qpos[..., at.root_qpos + 2] = self.drive.wheel_radius - _TOUCH
         qpos[..., at.root_qpos + 3] = np.cos(pose[..., 2] / 2)
         qpos[..., at.root_qpos + 6] = np.sin(pose[..., 2] / 2)
         qpos[..., at.wheel_qpos] = wheel_angle
@@ -286,7 +289,8 @@ def _add_cameras(arena: Any, bounds: tuple[float, float, float, float]) -> None:
     centre = np.array([(x_min + x_max) / 2, (y_min + y_max) / 2, 0.0])
     span = max(x_max - x_min, (y_max - y_min) * 4 / 3, 0.5)
     distance = 0.6 * span / np.tan(np.radians(45) / 2)
-    arena.worldbody.add("camera", name="top", pos=centre + np.array([0, 0, distance]), xyaxes=(1, 0, 0, 0, 1, 0), fovy=45)
+    above = centre + np.array([0, 0, distance])
+    arena.worldbody.add("camera", name="top", pos=above, xyaxes=(1, 0, 0, 0, 1, 0), fovy=45)
     ahead = np.array([np.cos(np.radians(40)), 0, np.sin(np.radians(40))])
     position = centre + distance * np.array([0, -ahead[0], ahead[2]])
     arena.worldbody.add("camera", name="isometric", pos=position, xyaxes=(1, 0, 0, 0, ahead[2], ahead[0]), fovy=45)
