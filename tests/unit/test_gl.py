@@ -127,7 +127,7 @@ def test_nothing_draws_names_the_packages_in_one_line(monkeypatch):
     with pytest.raises(RenderError) as caught:
         gl.choose_backend()
     message = str(caught.value)
-    assert "install libegl1 libgl1-mesa-dri or libosmesa6" in message
+    assert "install libegl1 libgl1-mesa-dri libopengl0 or libosmesa6" in message
     assert "\n" not in message
     assert "MUJOCO_GL" not in os.environ
 
