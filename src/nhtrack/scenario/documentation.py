@@ -26,7 +26,7 @@ def json_schema() -> dict[str, Any]:
 
 
 def reference_page() -> str:
-    """Returns docs/scenario.md: every section of a scenario file, every key with type, default, unit and meaning."""
+    """Returns docs/scenario.md: every section of a scenario file, every key with type, default and meaning."""
     schema = json_schema()
     parts = [_INTRODUCTION.format(command=COMMAND)]
     parts += [_section(name, part) for name, part in _sections(schema)]
@@ -63,11 +63,13 @@ def _mentioned(node: Any) -> list[str]:
 def _section(name: str, part: Mapping[str, Any]) -> str:
     lines = [f"## {name}", "", part["description"], "", "| key | type | default | meaning |", "|---|---|---|---|"]
     required = part.get("required", ())
-    for key, value in part["properties"].items():
+    # What a section is called comes first, whichever class its keys were inherited from.
+    for key, value in sorted(part["properties"].items(), key=lambda item: item[0] != "name"):
+        meaning = value["description"].replace("|", "\\|")
         default = "required" if key in required else f"`{json.dumps(value['default'])}`"
         if isinstance(value.get("default"), dict):
             default = "as below"
-        lines.append(f"| `{key}` | {_type(value)} | {default} | {value['description']} |")
+        lines.append(f"| `{key}` | {_type(value)} | {default} | {meaning} |")
     return "\n".join(lines) + "\n"
 
 

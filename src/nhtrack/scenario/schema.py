@@ -41,9 +41,7 @@ def fault(message: str) -> PydanticCustomError:
 class Section(BaseModel):
     """A mapping of the file: frozen, no unknown keys, no conversion between types, finite numbers only."""
 
-    model_config = ConfigDict(
-        frozen=True, extra="forbid", strict=True, allow_inf_nan=False, hide_input_in_errors=True
-    )
+    model_config = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False, hide_input_in_errors=True)
 
     @model_validator(mode="wrap")
     @classmethod
@@ -128,9 +126,7 @@ class Physics(Section):
     """How MuJoCo steps."""
 
     timestep: float = Field(default=0.001, ge=1e-6, le=0.1, description="physics step on the robot's clock [s]")
-    friction: float = Field(
-        default=1.0, ge=0, description="Coulomb friction coefficient of wheels and floor [1]"
-    )
+    friction: float = Field(default=1.0, ge=0, description="Coulomb friction coefficient of wheels and floor [1]")
     robot_contact: bool = Field(
         default=False,
         description="whether robots collide: off where followers end in the leader's place, on in formations",
@@ -141,9 +137,7 @@ class Physics(Section):
 class Start(Section):
     """Where a robot is at t = 0 and how it moves."""
 
-    pose: Pose = Field(
-        description="x, y [scenario length], theta [rad, unwrapped: pi and -pi are different starts]"
-    )
+    pose: Pose = Field(description="x, y [scenario length], theta [rad, unwrapped: pi and -pi are different starts]")
     twist: PlanarTwist = Field(
         default=(0.0, 0.0),
         description="forward speed v [scenario length/time] and turning speed omega [rad/scenario time]",
@@ -169,9 +163,7 @@ def _increasing(segments: tuple[Segment, ...]) -> tuple[Segment, ...]:
     for i, segment in enumerate(segments):
         if segment.until is None:
             if i + 1 < len(segments):
-                raise fault(
-                    f"segment {i + 1} of {len(segments)} needs `until`: only the last one may go without"
-                )
+                raise fault(f"segment {i + 1} of {len(segments)} needs `until`: only the last one may go without")
         elif segment.until <= before:
             raise fault(f"segments must end later and later: {segment.until:g} comes after {before:g}")
         else:
@@ -188,9 +180,7 @@ def _signal_form(value: Any) -> str:
 Signal: TypeAlias = Annotated[
     Annotated[float, Tag("<signal>")]
     | Annotated[Formula, Tag("<formula>")]
-    | Annotated[
-        tuple[Segment, ...], Field(strict=False, min_length=1), AfterValidator(_increasing), Tag("<segments>")
-    ],
+    | Annotated[tuple[Segment, ...], Field(strict=False, min_length=1), AfterValidator(_increasing), Tag("<segments>")],
     Discriminator(_signal_form),
 ]
 
@@ -207,7 +197,7 @@ class CsvInput(Section):
 
     csv: str = Field(
         min_length=1,
-        description="CSV file with the columns t, u_x, u_theta named in its first line; a path from here",
+        description="CSV file with the columns t, u_x, u_theta named in its first line, found relative to the scenario",
     )
     interpolation: Interpolation = Field(
         default="previous", description="hold each row until the next, or join rows by lines"
@@ -275,9 +265,7 @@ class DeadZone(Section):
     """Below these sizes the angles of a law are noise and count as zero; always in robot units."""
 
     length: float = Field(default=1e-6, ge=0, description="smallest |q| whose direction means anything [m]")
-    speed: float = Field(
-        default=1e-3, ge=0, description="smallest leader speed whose direction means anything [m/s]"
-    )
+    speed: float = Field(default=1e-3, ge=0, description="smallest leader speed whose direction means anything [m/s]")
 
 
 class _TrackingLaw(Section):
@@ -335,9 +323,7 @@ class Video(Section):
 class Scenario(Section):
     """One experiment: who moves, by what law, on which ground, for how long."""
 
-    name: Annotated[str, AfterValidator(_printable)] = Field(
-        description="names the run and its results folder"
-    )
+    name: Annotated[str, AfterValidator(_printable)] = Field(description="names the run and its results folder")
     description: str = Field(default="", description="one line for people, shown by `nhtrack list`")
     duration: float = Field(gt=0, description="how long the run lasts [scenario time]")
     similarity: Similarity = Field(default=Similarity(), description="scenario units to metres and seconds")
@@ -351,9 +337,7 @@ class Scenario(Section):
         description="a bundled robot, or an MJCF file relative to the scenario file",
     )
     physics: Physics = Field(default=Physics(), description="how MuJoCo steps")
-    control_rate: float = Field(
-        default=100.0, gt=0, description="control periods per second on the robot's clock [Hz]"
-    )
+    control_rate: float = Field(default=100.0, gt=0, description="control periods per second on the robot's clock [Hz]")
     seed: int = Field(default=0, ge=0, description="seed of everything random [1]")
     leader: Leader = Field(description="the root of the network")
     followers: Annotated[tuple[Follower, ...], Field(strict=False, min_length=1)] = Field(

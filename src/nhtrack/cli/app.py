@@ -1,0 +1,75 @@
+"""The application the commands register with, and what its exit codes mean.
+
+0 done; 1 another error of the package; 2 a scenario or a command line at fault; 3 a simulation that diverged;
+130 interrupted by the user.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, NoReturn
+
+import typer
+from typer.core import TyperGroup
+
+from nhtrack.errors import NhtrackError, ScenarioError, SimulationDiverged
+
+EXIT_ERROR, EXIT_SCENARIO, EXIT_DIVERGED, EXIT_INTERRUPTED = 1, 2, 3, 130
+
+
+def fail(message: str, code: int = EXIT_ERROR) -> NoReturn:
+    """Ends the command with a message on stderr, unwrapped: one line per fault stays one line."""
+    typer.echo(message, err=True)
+    raise typer.Exit(code)
+
+
+class Commands(TyperGroup):
+    """The commands, with the package's errors turned into plain lines and an exit code."""
+
+    def invoke(self, ctx: Any) -> Any:
+        """Runs the command that was asked for."""
+        try:
+            return super().invoke(ctx)
+        except ScenarioError as error:
+            fail(str(error), EXIT_SCENARIO)
+        except SimulationDiverged as error:
+            fail(f"diverged: {error}", EXIT_DIVERGED)
+        except NhtrackError as error:
+            fail(f"error: {error}")
+        except KeyboardInterrupt:
+            fail("interrupted", EXIT_INTERRUPTED)
+        except BrokenPipeError:
+            raise  # the reader of our output left: typer ends quietly
+        except OSError as error:
+            fail(f"error: {error}")
+
+
+app = typer.Typer(
+    cls=Commands,
+    help="Nonholonomic robots on real MuJoCo wheel contacts, beside the ideal integrator.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+)
+
+
+def main() -> None:
+    """Runs the command line."""
+    app()
+
+
+def _print_version(wanted: bool) -> None:
+    if wanted:
+        from nhtrack import __version__
+
+        typer.echo(f"nhtrack {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _options(
+    version: Annotated[
+        bool,
+        typer.Option("--version", help="Print the version and stop.", callback=_print_version, is_eager=True),
+    ] = False,
+) -> None:
+    pass

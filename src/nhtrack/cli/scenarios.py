@@ -1,0 +1,103 @@
+"""Commands about scenario files: validate, schema, init, list."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+from rich.console import Console
+from rich.table import Table
+
+from nhtrack.cli.app import EXIT_SCENARIO, app, fail
+from nhtrack.errors import ScenarioError
+
+if TYPE_CHECKING:
+    from nhtrack.scenario.schema import Scenario
+
+
+@app.command()
+def validate(
+    files: Annotated[list[str], typer.Argument(metavar="FILE...", help="Scenario files or bundled names.")],
+) -> None:
+    """Check scenarios and report every fault with its line; nothing is run or written."""
+    from nhtrack.scenario.load import load
+
+    faulty = False
+    for source in files:
+        try:
+            scenario = load(source)
+        except ScenarioError as error:
+            faulty = True
+            typer.echo(str(error), err=True)
+        else:
+            typer.echo(f"{source}: ok ({_account(scenario)})")
+    if faulty:
+        raise typer.Exit(EXIT_SCENARIO)
+
+
+def _account(scenario: Scenario) -> str:
+    """Returns what a scenario amounts to on the robot."""
+    seconds = scenario.periods / scenario.control_rate
+    count = len(scenario.followers)
+    return f"{count} follower{'s' * (count > 1)}, {seconds:g} s on the robot's clock, {scenario.law.name} law"
+
+
+@app.command()
+def schema(
+    out: Annotated[Path | None, typer.Option(help="Write to this file instead of the terminal.")] = None,
+) -> None:
+    """Print the JSON Schema of scenario files, for editors that complete and check them."""
+    from nhtrack.scenario.documentation import json_schema
+
+    text = json.dumps(json_schema(), indent=2)
+    if out is None:
+        typer.echo(text)
+    else:
+        _write(out, text + "\n")
+        typer.echo(f"wrote {out}")
+
+
+@app.command()
+def init(
+    path: Annotated[Path, typer.Argument(help="The file to write.")] = Path("scenario.yaml"),
+    force: Annotated[bool, typer.Option("--force", help="Replace the file if it exists.")] = False,
+) -> None:
+    """Write a commented scenario to start from."""
+    from nhtrack.assets import find_scenario
+
+    if path.exists() and not force:
+        fail(f"error: {path} exists; choose another name, or --force to replace it")
+    text = find_scenario("tour/hello").read_text(encoding="utf-8")
+    if re.fullmatch(r"[A-Za-z][\w-]*", path.stem):
+        text = re.sub(r"^name: \S+", f"name: {path.stem}", text, count=1, flags=re.MULTILINE)
+    _write(path, text)
+    typer.echo(f"wrote {path}; run it with: nhtrack run {path}")
+
+
+def _write(path: Path, text: str) -> None:
+    """Writes a text file that appears under its name only once it is whole."""
+    from nhtrack.recording import atomic_path
+
+    with atomic_path(path) as temporary:
+        temporary.write_text(text, encoding="utf-8")
+
+
+@app.command("list")
+def list_assets() -> None:
+    """List the bundled scenarios and robots."""
+    from nhtrack import assets
+    from nhtrack.scenario.load import load
+
+    scenarios = [(name, load(name).description) for name in assets.bundled_scenarios()]
+    robots = [(name, assets.robot_description(name)) for name in assets.robots()]
+    console = Console()
+    for title, rows in (("Scenarios", scenarios), ("Robots", robots)):
+        table = Table(title=title, title_justify="left", box=None, show_header=False, padding=(0, 2))
+        table.add_column(no_wrap=True, style="bold")
+        table.add_column()
+        for row in rows:
+            table.add_row(*row)
+        console.print(table)
