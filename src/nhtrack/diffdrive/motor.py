@@ -35,4 +35,4 @@ class Motor:
         line = wheel_speed / self.no_load_speed
         upper = xp.minimum(self.stall_torque * (1 - line), self.torque_limit)
         lower = xp.maximum(-self.stall_torque * (1 + line), -self.torque_limit)
-        return xp.clip(torque, lower, upper)
+        return xp.minimum(xp.maximum(torque, lower), upper)

@@ -135,6 +135,18 @@ class DiffDrive:
         half_moment = (r / (2 * b)) * (tau + spin * b**2 * u_theta)
         return xp.stack([half_force - half_moment, half_force + half_moment], axis=-1)
 
+    @cached_property
+    def torque_map(self) -> np.ndarray:
+        """Matrix K of `wheel_torques`, linear in products: torques = (u_x, u_theta, omega^2, omega v) K, shape (4, 2)."""
+        zero, one = np.zeros(()), np.ones(())
+        rows = [
+            self.wheel_torques(zero, zero, one, zero),
+            self.wheel_torques(zero, zero, zero, one),
+            self.wheel_torques(zero, zero, zero, zero, omega_squared=one),
+            self.wheel_torques(one, one, zero, zero, omega_squared=zero),
+        ]
+        return np.stack(rows)
+
     def wheel_speeds(self, v: Array, omega: Array) -> Array:
         """Returns the speeds [rad/s] of wheels that roll without slip, (v -+ b omega)/r, shape (..., 2)."""
         xp = namespace(v, omega)

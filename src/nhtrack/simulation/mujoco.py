@@ -9,13 +9,12 @@ t_k - h/2. This module keeps to that reading and is second order in h because of
 - a robot placed with a twist is given the velocity it would have had half a step earlier at that constant twist.
 
 The compensation runs every physics step, as a wheel's torque controller would; the command changes every control
-period.
+period. Planar vectors are complex numbers here, forward + i lateral, so that a rotation is one product.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import NamedTuple
 
 import mujoco
 import numpy as np
@@ -30,14 +29,6 @@ from nhtrack.simulation.state import State
 
 # A robot leaning this far has tipped: its wheels no longer roll on their treads.
 TIPPED = np.radians(30.0)
-
-
-class _Velocity(NamedTuple):
-    """Velocities at one time, shape (b, p): forward and lateral [m/s], yaw rate [rad/s]."""
-
-    v: Array
-    lateral: Array
-    omega: Array
 
 
 class MujocoSimulation:
@@ -56,21 +47,27 @@ class MujocoSimulation:
     def __init__(self, scene: Scene, dt: float, batch: tuple[int, ...] = (), threads: int = 1) -> None:
         self.scene, self.drive, self.dt, self.batch = scene, scene.drive, dt, batch
         self.names = scene.spec.robots
-        self.substeps = round(dt / scene.spec.timestep)
         self._h = scene.spec.timestep
+        self.substeps = round(dt / self._h)
         if self.substeps < 1 or abs(self.substeps * self._h - dt) > 1e-9 * dt:
             raise ValueError(f"dt: {dt:g} s is not a whole number of physics steps of {self._h:g} s")
         scene.model.flg_surfacevel = scene.spec.rate_correction
         self._engine = mujoco_batch.Batch(scene.model, batch[0] if batch else 1, threads)
-        self._qpos, self._qvel, self._ctrl = (self._engine.bind(name) for name in ("qpos", "qvel", "ctrl"))
-        self._sensors, self._warnings = self._engine.bind("sensordata"), self._engine.warning
+        self._warnings, self._sensors = self._engine.warning, self._engine.bind("sensordata")
         self._surface = self._engine.expand("geom_surfacevel") if scene.spec.rate_correction else None
-        damping = contact_damping(scene.model, int(scene.addresses.tyres[0, 0]))
-        self._correction = self._h / 2 - 1 / damping
-        at = scene.addresses
-        self._planar = at.root_qvel[:, None] + np.array([0, 1, 5])
-        self._quaternion = at.root_qpos[:, None] + np.arange(3, 7)
+        self._correction = self._h / 2 - 1 / contact_damping(scene.model, int(scene.addresses.tyres[0, 0]))
         self._bodies = slice(1, None) if scene.spec.virtual_root else slice(None)
+        self._bind()
+
+    def _bind(self) -> None:
+        """Takes live views of the engine's state, shape (b, p, ...) for the p robots with a body."""
+        qpos, qvel = self._engine.bind("qpos"), self._engine.bind("qvel")
+        robots = (len(qpos), len(self.scene.spec.bodies), -1)
+        self._qpos, self._qvel, self._ctrl = qpos, qvel, self._engine.bind("ctrl")
+        # Every robot is a copy of one model, its free joint first, so its coordinates are one block.
+        self._q, velocities = qpos.reshape(robots), qvel.reshape(robots)
+        self._plane_velocity = velocities[..., :2].view(complex)[..., 0]
+        self._yaw_rate = velocities[..., 5]
 
     def reset(self, state: State) -> State:
         """Places the robots level on the floor, rolling without slip at their twists; see `Simulation.reset`."""
@@ -83,10 +80,10 @@ class MujocoSimulation:
         earlier = g - self._h / 2 * xi * np.array([0, 0, 1])
         self._qvel[:] = self.scene.qvel_of(earlier, xi)
         self._place_marker()
-        self._heading = g[..., 2].copy()
-        self._velocity = self._previous = _Velocity(xi[..., 0].copy(), np.zeros(g.shape[:-1]), xi[..., 2].copy())
-        self._u = np.zeros((*g.shape[:-1], 2))
-        self._u_root = np.zeros((len(g), 1, 2))
+        self._velocity, self._omega = xi[..., 0] + 0j, xi[..., 2].copy()
+        self._velocity_before, self._omega_before = self._velocity, self._omega
+        self._u, self._u_root = np.zeros((*g.shape[:-1], 2)), np.zeros((len(g), 1, 2))
+        self._terms = np.zeros((*g.shape[:-1], 4))
         self._clear_log(np.nan)  # before the first step nothing is known of forces
         return self._state()
 
@@ -99,8 +96,8 @@ class MujocoSimulation:
         for k in range(1, self.substeps):
             self._physics_step(k, before=u, during=u)
         self._u, self._periods = u, self._periods + 1
-        self._move_root()
         self._read_state()
+        self._move_root()
         state = self._state()
         self._require_upright(state)
         return state
@@ -117,27 +114,27 @@ class MujocoSimulation:
 
     def telemetry(self) -> Mapping[str, Array]:
         """Returns what the wheels did in the last period; see `Simulation.telemetry`."""
-        at, drive = self.scene.addresses, self.drive
-        speed = self._qvel[:, at.wheel_qvel]
-        now = self._velocity
-        rolling = drive.wheel_speeds(now.v, now.omega)
-        motion = (self._xi[:, self._bodies, 0], self._xi[:, self._bodies, 2], self._u[..., 0], self._u[..., 1])
-        predicted = drive.friction_utilisation(*motion, self.scene.spec.friction)
-        forces = self._force_log
+        drive, friction = self.drive, self.scene.spec.friction
+        wheel_speed = self._qvel[:, self.scene.addresses.wheel_qvel]
+        xi = self._xi[:, self._bodies]
+        motion = (xi[..., 0], xi[..., 2], self._u[..., 0], self._u[..., 1])
+        force = -self._sensor_log[:, :, self.scene.addresses.forces]  # of the floor on the tyres, world frame
+        used = utilisation(np.hypot(force[..., 0], force[..., 1]), friction * np.maximum(force[..., 2], 0))
+        rolling = drive.wheel_speeds(self._velocity.real, self._omega)
         return self._with_root({
             "wheel_torque": self._torque_log.mean(axis=0),
             "wheel_torque_demand": _largest(self._demand_log),
             "torque_saturation": (np.abs(self._demand_log - self._torque_log) > 0).mean(axis=0),
-            "wheel_speed": speed,
-            "wheel_load": -forces[-1, ..., 2],
-            "longitudinal_slip": drive.wheel_radius * (rolling - speed),
-            "lateral_slip": now.lateral,
-            "friction_utilisation": self._utilisation(forces).max(axis=0),
-            "friction_utilisation_predicted": predicted,
+            "wheel_speed": wheel_speed,
+            "wheel_load": force[-1, ..., 2],
+            "longitudinal_slip": drive.wheel_radius * (rolling - wheel_speed),
+            "lateral_slip": self._velocity.imag,
+            "friction_utilisation": used.max(axis=0),
+            "friction_utilisation_predicted": drive.friction_utilisation(*motion, friction),
             "tilt": self._tilt(),
         })  # fmt: skip
 
-    # One physics step -----------------------------------------------------------------------------------------------
+    # One physics step -------------------------------------------------------------------------------------------------
 
     def _physics_step(self, k: int, before: Array, during: Array) -> None:
         """Steps once and reads the new velocities.
@@ -147,43 +144,43 @@ class MujocoSimulation:
             before: accelerations commanded over the half step up to t_k, shape (b, p, 2).
             during: their mean over [t_k - h/2, t_k + h/2], which this step gives.
         """
-        last, half = self._velocity, self._h / 2
-        v, omega = last.v + half * before[..., 0], last.omega + half * before[..., 1]
-        u_x, u_theta = during[..., 0], during[..., 1]
-        at = self.scene.addresses
-        # MuJoCo takes centripetal terms from its own velocities, lateral acceleration from what the contacts make of
-        # it.
-        demand = self.drive.wheel_torques(v, omega, u_x, u_theta, omega_squared=last.omega * last.omega)
+        at, half = self.scene.addresses, self._h / 2
+        now = self._velocity.real + half * before[..., 0]
+        turning = now * (self._omega + half * before[..., 1])
+        # MuJoCo takes centripetal terms from its own velocities, lateral acceleration from what the contacts make of it.
+        self._terms[..., :2] = during
+        self._terms[..., 2] = self._omega * self._omega
+        self._terms[..., 3] = turning
+        demand = self._terms @ self.drive.torque_map
         torque = self.drive.motor.saturate(demand, self._qvel[:, at.wheel_qvel])
         self._ctrl[:, at.motors] = torque
         if self._surface is not None:
-            self._surface[:, at.tyres, 1] = (self._correction * v * omega)[..., None]
+            self._surface[:, at.tyres, 1] = (self._correction * turning)[..., None]
         self._engine.step()
-        self._demand_log[k], self._torque_log[k] = demand, torque
-        self._force_log[k] = self._sensors[:, at.forces]
+        self._demand_log[k], self._torque_log[k], self._sensor_log[k] = demand, torque, self._sensors
         self._read_velocity()
 
     def _read_velocity(self) -> None:
-        """Resolves the planar velocity in the heading half a step before the positions' time."""
-        w, x, y, z = np.moveaxis(self._qpos[:, self._quaternion], -1, 0)
-        yaw = np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
-        turn = yaw - self._heading
-        self._heading = self._heading + turn - 2 * np.pi * np.round(turn / (2 * np.pi))
-        v_x, v_y, omega = np.moveaxis(self._qvel[:, self._planar], -1, 0)
-        middle = self._heading - self._h / 2 * omega
-        c, s = np.cos(middle), np.sin(middle)
-        self._previous = self._velocity
-        self._velocity = _Velocity(c * v_x + s * v_y, c * v_y - s * v_x, omega)
+        """Resolves the velocities in the headings of their own time, half a step before the positions'."""
+        self._velocity_before, self._omega_before = self._velocity, self._omega
+        self._omega = self._yaw_rate.copy()
+        self._velocity = self._plane_velocity * np.exp(-1j * (self._yaw() - self._h / 2 * self._omega))
+
+    def _yaw(self) -> Array:
+        """Rotation about the vertical in the swing-twist sense, on [-2 pi, 2 pi] [rad], shape (b, p)."""
+        return 2 * np.arctan2(self._q[..., 6], self._q[..., 3])
 
     def _read_state(self) -> None:
-        """Carries the velocities to the positions' time by the acceleration that was measured last."""
-        columns = [now + (now - before) / 2 for now, before in zip(self._velocity, self._previous, strict=True)]
-        at = self.scene.addresses
-        pose = [self._qpos[:, at.root_qpos], self._qpos[:, at.root_qpos + 1], self._heading]
-        self._g[:, self._bodies] = np.stack(pose, axis=-1)
-        self._xi[:, self._bodies] = np.stack(columns, axis=-1)
+        """Unwraps headings and carries velocities to the positions' time by the acceleration measured last."""
+        velocity = self._velocity + (self._velocity - self._velocity_before) / 2
+        omega = self._omega + (self._omega - self._omega_before) / 2
+        expected = self._g[:, self._bodies, 2] + self.dt * omega
+        yaw = self._yaw()
+        heading = yaw + 2 * np.pi * np.round((expected - yaw) / (2 * np.pi))
+        self._g[:, self._bodies] = np.stack([self._q[..., 0], self._q[..., 1], heading], axis=-1)
+        self._xi[:, self._bodies] = np.stack([velocity.real, velocity.imag, omega], axis=-1)
 
-    # A virtual root follows its input exactly ------------------------------------------------------------------------
+    # A virtual root follows its input exactly -------------------------------------------------------------------------
 
     def _move_root(self) -> None:
         if self.scene.marker is not None:
@@ -195,8 +192,7 @@ class MujocoSimulation:
             theta = self._g[:, 0, 2]
             position, quaternion = self._engine.bind("mocap_pos"), self._engine.bind("mocap_quat")
             position[:, self.scene.marker, :2] = self._g[:, 0, :2]
-            quaternion[:, self.scene.marker] = np.stack([np.cos(theta / 2), 0 * theta, 0 * theta, np.sin(theta / 2)],
-            -1)
+            quaternion[:, self.scene.marker] = np.stack([np.cos(theta / 2), 0 * theta, 0 * theta, np.sin(theta / 2)], -1)
 
     def _with_root(self, telemetry: dict[str, Array]) -> dict[str, Array]:
         """Adds the row of a root that has no wheels, NaN, and takes off a batch axis that was not asked for."""
@@ -224,18 +220,12 @@ class MujocoSimulation:
 
     def _tilt(self) -> Array:
         """Angle between the robots' vertical axes and the world's [rad], shape (b, p)."""
-        _, x, y, _ = np.moveaxis(self._qpos[:, self._quaternion], -1, 0)
-        return 2 * np.arcsin(np.clip(np.hypot(x, y), 0, 1))
-
-    def _utilisation(self, forces: Array) -> Array:
-        """hypot(f_long, f_lat)/(mu N) of contact forces on the tyres, shape (..., 3) -> (...)."""
-        limit = self.scene.spec.friction * np.maximum(-forces[..., 2], 0)
-        return utilisation(np.hypot(forces[..., 0], forces[..., 1]), limit)
+        return 2 * np.arcsin(np.minimum(np.hypot(self._q[..., 4], self._q[..., 5]), 1))
 
     def _clear_log(self, value: float = 0.0) -> None:
         shape = (self.substeps, *self._u.shape)
         self._demand_log, self._torque_log = np.full(shape, value), np.full(shape, value)
-        self._force_log = np.full((*shape, 3), value)
+        self._sensor_log = np.full((self.substeps, *self._sensors.shape), value)
 
     def _batched(self, array: Array) -> Array:
         return np.array(array if self.batch else array[None], dtype=float)
@@ -250,8 +240,8 @@ class MujocoSimulation:
 def contact_damping(model: mujoco.MjModel, tyre: int) -> float:
     """Returns b = 2/(d timeconst) [1/s], the rate at which a contact of this geom gives up sliding velocity.
 
-    From the geom's solref (timeconst) and the impedance d that solimp gives at small penetration; MuJoCo leaves the
-    rate of the contact frame out of its rows, so a turning wheel without correction slides sideways at v omega / b.
+    From the geom's solref (timeconst) and the impedance d of its solimp; MuJoCo leaves the rate of the contact frame
+    out of its rows, so a turning wheel without correction slides sideways at v omega / b.
     """
     timeconst = max(float(model.geom_solref[tyre, 0]), 2 * float(model.opt.timestep))
     return 2 / (float(model.geom_solimp[tyre, 1]) * timeconst)
@@ -260,4 +250,4 @@ def contact_damping(model: mujoco.MjModel, tyre: int) -> float:
 def _largest(log: Array) -> Array:
     """Returns the entries of largest magnitude along the first axis, signs kept."""
     at = np.abs(log).argmax(axis=0)
-    return np.take_along_axis(log, at[None], axis=0)[0]
+    return np.asarray(np.take_along_axis(log, at[None], axis=0)[0])
