@@ -30,3 +30,13 @@ EXPM = 2e-13
 
 # Central difference at h = 1e-5: h^2/6 times third derivatives of order 1, rounding EPS/h.
 FINITE_DIFFERENCE = 1e-8
+
+# -- the ideal integrator --------------------------------------------------------------------------
+
+# scipy's DOP853 at rtol 1e-12 over one control period, relative to the path; the quadrature is exact to rounding.
+DOP853 = 1e-11
+
+# -- Reduced model ---------------------------------------------------------------------------------
+
+# A dozen rounded products and sums; a test multiplies by the largest term that enters (forces [N] of order 100).
+ROUNDED_SUM = 16 * EPS

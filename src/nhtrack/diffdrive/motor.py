@@ -33,6 +33,7 @@ class Motor:
         """Returns the torque [N m] the motor delivers where `torque` is asked for at `wheel_speed` [rad/s]."""
         xp = namespace(torque, wheel_speed)
         line = wheel_speed / self.no_load_speed
-        upper = xp.minimum(self.stall_torque * (1 - line), self.torque_limit)
-        lower = xp.maximum(-self.stall_torque * (1 + line), -self.torque_limit)
+        # Cut on both sides: far above the no-load speed the line asks for more braking than the driver allows.
+        upper = xp.clip(self.stall_torque * (1 - line), -self.torque_limit, self.torque_limit)
+        lower = xp.clip(-self.stall_torque * (1 + line), -self.torque_limit, self.torque_limit)
         return xp.minimum(xp.maximum(torque, lower), upper)

@@ -1,0 +1,220 @@
+"""The reduced model: equations by hand, Euler-Poincare in general, loads, friction demand, motor limits."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from nhtrack.diffdrive import DiffDrive, Motor
+from nhtrack.diffdrive.reduced_model import GRAVITY, euler_poincare_wrench, utilisation
+from tolerances import HAND, ROUNDED_SUM
+
+MOTOR = Motor(torque_limit=1.0, stall_torque=2.0, no_load_speed=10.0)
+# 2 I_w / r^2 = 0.4 kg; the caster stands 0.1 m behind the axle.
+CART = DiffDrive(0.05, 0.1, 2.0, 0.03, 0.0005, (-0.02, 0.0, 0.04), ((-0.1, 0.0),), MOTOR)
+LOPSIDED = replace(CART, com=(-0.02, 0.01, 0.04))
+MOTION = (0.5, 2.0, 1.0, 3.0)  # v, omega, u_x, u_theta
+
+
+def motion(*values: float) -> tuple[np.ndarray, ...]:
+    return tuple(np.array(value) for value in values)
+
+
+speeds = st.floats(-5.0, 5.0)
+motions = st.tuples(speeds, speeds, speeds, speeds).map(lambda values: motion(*values))
+carts = st.builds(
+    lambda c_x, c_y, spin: replace(CART, com=(c_x, c_y, 0.04), wheel_inertia=spin),
+    st.floats(-0.05, 0.05),
+    st.floats(-0.05, 0.05),
+    st.floats(0.0, 1e-3),
+)
+
+
+class TestInertia:
+    def test_spinning_wheels_add_mass_and_yaw_inertia(self) -> None:
+        assert CART.m_eff == pytest.approx(2.4, rel=HAND)
+        assert CART.J_eff == pytest.approx(0.034, rel=HAND)
+        assert CART.wheel_separation == pytest.approx(0.2, rel=HAND)
+
+    def test_a_centre_of_mass_off_the_axis_couples_speed_and_yaw(self) -> None:
+        assert LOPSIDED.first_moment == pytest.approx((-0.04, 0.02), rel=HAND)
+        np.testing.assert_allclose(LOPSIDED.mass_matrix, [[2.4, -0.02], [-0.02, 0.034]], rtol=HAND)
+        np.testing.assert_allclose(
+            LOPSIDED.planar_inertia, [[2.0, 0.0, -0.02], [0.0, 2.0, -0.04], [-0.02, -0.04, 0.03]], rtol=HAND
+        )
+
+
+class TestWrenchAndTorque:
+    def test_ground_wrench_by_hand(self) -> None:
+        # f_x = 2 (1) - 0.02 (3) + 0.04 (4);  f_y = 2 (1) - 0.04 (3) - 0.02 (4);  tau = 0.09 - 0.02 - 0.04
+        wrench = LOPSIDED.ground_wrench(*motion(*MOTION))
+        np.testing.assert_allclose(wrench, (2.10, 1.80, 0.03), rtol=HAND)
+
+    def test_wheel_torques_by_hand(self) -> None:
+        # f = 2.10 + 0.4 (1) = 2.5, t = 0.03 + 0.4 (0.01) (3) = 0.042, r/2 (2.5 -+ 0.42)
+        np.testing.assert_allclose(LOPSIDED.wheel_torques(*motion(*MOTION)), (0.052, 0.073), rtol=HAND)
+
+    def test_a_late_centripetal_term_enters_the_force_only(self) -> None:
+        # omega^2 = 5 instead of 4 adds 0.04 N to f_x: r/2 of it on each wheel.
+        late = LOPSIDED.wheel_torques(*motion(*MOTION), omega_squared=np.array(5.0))
+        np.testing.assert_allclose(late, (0.053, 0.074), rtol=HAND)
+
+    def test_wheel_speeds_by_hand(self) -> None:
+        np.testing.assert_allclose(CART.wheel_speeds(*motion(0.5, 2.0)), (6.0, 14.0), rtol=HAND)
+
+    @given(carts, motions)
+    def test_ground_wrench_is_euler_poincare_without_lateral_motion(self, cart: DiffDrive, at: tuple) -> None:
+        v, omega, u_x, u_theta = at
+        zero = np.zeros_like(v)
+        xi, u = np.stack([v, zero, omega]), np.stack([u_x, zero, u_theta])
+        expected = euler_poincare_wrench(cart.planar_inertia, xi, u)
+        np.testing.assert_allclose(
+            np.stack(cart.ground_wrench(*at)), expected, rtol=0, atol=150 * ROUNDED_SUM
+        )
+
+    @given(motions, speeds)
+    def test_the_fully_actuated_wrench_of_a_centred_body(self, at: tuple, v_y: float) -> None:
+        # THEORY: f_x = m u_x - m omega v_y, f_y = m u_y + m omega v_x, tau = J u_theta
+        v_x, omega, u_x, u_theta = at
+        wrench = euler_poincare_wrench(
+            np.diag([2.0, 2.0, 0.03]), np.array([v_x, v_y, omega]), np.array([u_x, v_y, u_theta])
+        )
+        expected = (2 * u_x - 2 * omega * v_y, 2 * v_y + 2 * omega * v_x, 0.03 * u_theta)
+        np.testing.assert_allclose(wrench, expected, rtol=0, atol=150 * ROUNDED_SUM)
+
+    @given(carts, motions)
+    def test_acceleration_is_the_inverse_of_wheel_torques(self, cart: DiffDrive, at: tuple) -> None:
+        v, omega, u_x, u_theta = at
+        found = cart.acceleration(v, omega, cart.wheel_torques(*at))
+        # 100: condition of the mass matrix, largest over smallest of its entries.
+        np.testing.assert_allclose(found, (u_x, u_theta), rtol=0, atol=100 * 150 * ROUNDED_SUM)
+
+    @given(st.lists(motions, min_size=1, max_size=5))
+    def test_a_batch_is_its_members_bit_for_bit(self, rows: list) -> None:
+        columns = [np.array(column) for column in zip(*rows, strict=True)]
+        for method in (LOPSIDED.wheel_torques, LOPSIDED.wheel_loads):
+            expected = np.stack([method(*row) for row in rows])
+            np.testing.assert_array_equal(method(*columns), expected)
+
+
+def loads_by_balance_at_the_centre_of_mass(cart: DiffDrive, at: tuple[np.ndarray, ...]) -> np.ndarray:
+    """Loads [N] of left, right and caster: moments of all floor forces about the CoM spin the wheels only."""
+    v, omega, u_x, _ = at
+    f_x, f_y, _ = cart.ground_wrench(*at)
+    com = np.array(cart.com)
+    feet = np.array([(0, cart.half_separation, 0), (0, -cart.half_separation, 0), (*cart.casters[0], 0)])
+    per_load = np.cross(feet - com, (0, 0, 1))
+    friction = np.cross(-com, (f_x, f_y, 0))
+    spin = 2 * cart.wheel_inertia / cart.wheel_radius  # of both wheels, per forward speed
+    change = np.array([-omega * spin * v, spin * u_x, 0])  # of the spin's angular momentum, turning frame
+    balance = np.vstack([np.ones(3), per_load.T[:2]])
+    return np.linalg.solve(balance, [cart.mass * GRAVITY, *(change - friction)[:2]])
+
+
+class TestWheelLoads:
+    def test_at_rest_the_lever_rule(self) -> None:
+        # The caster bears c_x / x_caster = 1/5 of 19.62 N.
+        np.testing.assert_allclose(CART.wheel_loads(*motion(0, 0, 0, 0)), (7.848, 7.848), rtol=HAND)
+
+    def test_speeding_up_by_hand(self) -> None:
+        # -0.1 N_c = -0.3924 - 0.04 (2) - 0.02 (1): N_c = 4.924
+        np.testing.assert_allclose(CART.wheel_loads(*motion(0, 0, 1, 0)), (7.348, 7.348), rtol=HAND)
+
+    def test_a_left_turn_by_hand(self) -> None:
+        # N_c = 3.988 (f_x = -m c_x omega^2 = 0.16 N), 0.1 (N_l - N_r) = -0.08 - 0.02
+        np.testing.assert_allclose(CART.wheel_loads(*motion(0.5, 2, 0, 0)), (7.316, 8.316), rtol=HAND)
+
+    @pytest.mark.parametrize(
+        ("at", "heavier"), [((1, 1, 0, 0), "right"), ((1, -1, 0, 0), "left"), ((-1, -1, 0, 0), "right")]
+    )
+    def test_the_outer_wheel_is_the_heavier(self, at: tuple, heavier: str) -> None:
+        left, right = CART.wheel_loads(*motion(*at))
+        assert (right > left) == (heavier == "right")
+
+    def test_braking_loads_the_wheels_and_speeding_up_unloads_them(self) -> None:
+        braking, rest, starting = (CART.wheel_loads(*motion(0, 0, u_x, 0)).sum() for u_x in (-1, 0, 1))
+        assert braking > rest > starting
+
+    @given(carts, motions)
+    def test_as_moments_about_the_centre_of_mass(self, cart: DiffDrive, at: tuple) -> None:
+        expected = loads_by_balance_at_the_centre_of_mass(cart, at)
+        # 20: a moment over the shortest lever, 0.05 m; 100 N: the largest force at these speeds.
+        np.testing.assert_allclose(cart.wheel_loads(*at), expected[:2], rtol=0, atol=20 * 100 * ROUNDED_SUM)
+
+    def test_two_casters_share_by_least_squares(self) -> None:
+        # In front and behind alike, CoM over the axle: least squares gives all four feet the same load.
+        cart = replace(CART, com=(0.0, 0.0, 0.04), casters=((-0.1, 0.0), (0.1, 0.0)))
+        np.testing.assert_allclose(cart.wheel_loads(*motion(0, 0, 0, 0)), (4.905, 4.905), rtol=HAND)
+
+
+class TestUtilisation:
+    def test_speeding_up_by_hand(self) -> None:
+        # 1 N on each wheel of 7.348 N, friction 0.5
+        found = CART.friction_utilisation(*motion(0, 0, 1, 0), 0.5)
+        np.testing.assert_allclose(found, 1 / 3.674, rtol=HAND)
+
+    def test_a_wheel_bears_force_moment_and_half_the_side_force(self) -> None:
+        # Motion (0.5, 2, 1, 3): f_x = 2.16, f_y = 1.88, tau = 0.05; longitudinal 1.08 -+ 0.25, lateral 0.94
+        loads = CART.wheel_loads(*motion(*MOTION))
+        expected = np.hypot((0.83, 1.33), 0.94) / (0.5 * loads)
+        np.testing.assert_allclose(CART.friction_utilisation(*motion(*MOTION), 0.5), expected, rtol=HAND)
+
+    def test_without_friction_any_force_is_infinitely_much(self) -> None:
+        assert np.isposinf(CART.friction_utilisation(*motion(0, 0, 1, 0), 0.0)).all()
+        assert (CART.friction_utilisation(*motion(0.5, 0, 0, 0), 0.0) == 0).all()
+
+    def test_a_lifted_wheel_holds_nothing(self) -> None:
+        # At v omega = 40 m/s^2 the moment 0.04 (2) (40) exceeds what the inner wheel's weight can balance.
+        fast = motion(4, 10, 0, 0)
+        assert CART.wheel_loads(*fast)[0] < 0
+        left, right = CART.friction_utilisation(*fast, 1.0)
+        assert np.isposinf(left)
+        assert np.isfinite(right)
+
+    def test_of_a_limit_that_is_nothing(self) -> None:
+        found = utilisation(np.array([1.0, 0.0, 1.0, 3.0]), np.array([0.0, 0.0, -1.0, 2.0]))
+        np.testing.assert_array_equal(found, [np.inf, 0.0, np.inf, 1.5])
+
+
+class TestMotor:
+    @pytest.mark.parametrize(
+        ("torque", "speed", "delivered"),
+        [
+            (0.5, 0.0, 0.5),  # inside: as asked
+            (3.0, 0.0, 1.0),  # the driver's limit, below stall
+            (3.0, 8.0, 0.4),  # the line: 2 (1 - 0.8)
+            (-3.0, 8.0, -1.0),  # braking: the driver's limit again
+            (-3.0, -8.0, -0.4),  # the line in reverse
+            (3.0, -8.0, 1.0),
+            (0.0, 12.0, -0.4),  # above the no-load speed the motor brakes by itself
+            (-0.7, 12.0, -0.7),  # and may be asked to brake harder
+            (0.0, 40.0, -1.0),  # never beyond what the driver allows
+        ],
+    )
+    def test_envelope_by_hand(self, torque: float, speed: float, delivered: float) -> None:
+        assert MOTOR.saturate(np.array(torque), np.array(speed)) == pytest.approx(delivered, rel=HAND)
+
+    @given(st.floats(-10, 10), st.floats(-100, 100))
+    def test_never_beyond_the_driver_and_never_above_the_line(self, torque: float, speed: float) -> None:
+        got = MOTOR.saturate(np.array(torque), np.array(speed))
+        assert abs(got) <= MOTOR.torque_limit
+        if got * speed > 0:  # driving
+            line = MOTOR.stall_torque * (1 - abs(speed) / MOTOR.no_load_speed)
+            assert abs(got) <= line * (1 + ROUNDED_SUM)
+
+    @given(st.floats(-1, 1), st.floats(-5, 5))
+    def test_as_asked_where_the_line_is_above_the_drivers_limit(self, torque: float, speed: float) -> None:
+        assert MOTOR.saturate(np.array(torque), np.array(speed)) == torque
+
+    @given(st.floats(-10, 10), st.floats(-100, 100))
+    def test_the_same_in_reverse(self, torque: float, speed: float) -> None:
+        forward = MOTOR.saturate(np.array(torque), np.array(speed))
+        assert MOTOR.saturate(np.array(-torque), np.array(-speed)) == -forward
+
+    @pytest.mark.parametrize("name", ["torque_limit", "stall_torque", "no_load_speed"])
+    @pytest.mark.parametrize("value", [0.0, -1.0, float("nan")])
+    def test_refuses_what_is_not_positive(self, name: str, value: float) -> None:
+        with pytest.raises(ValueError, match=f"{name}: expected a positive number, got"):
+            replace(MOTOR, **{name: value})
