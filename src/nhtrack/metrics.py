@@ -53,13 +53,14 @@ def late_rows(recording: Recording) -> slice:
 def settling_times(recording: Recording) -> np.ndarray:
     """Returns when each robot's position error last entered 5 % of its largest value [s], shape (robot,).
 
-    NaN for the root, and where the error is not inside the band at the end of the run.
+    NaN for the root, and where the error is not inside the band during the whole late part of the run: an error that
+    dips into it at the end has not settled.
     """
     error = position_error(recording)
     outside = ~(error <= SETTLED * np.max(error, axis=0))
     last_outside = np.where(outside.any(axis=0), len(error) - 1 - outside[::-1].argmax(axis=0), -1)
     settled = last_outside + 1
-    times = np.append(recording.time, np.nan)[settled]
+    times = np.append(recording.time, np.nan)[np.where(settled <= late_rows(recording).start, settled, -1)]
     return np.asarray(np.where(np.isnan(error).any(axis=0), np.nan, times))
 
 
