@@ -125,7 +125,8 @@ def _parse(text: str) -> ast.Expression:
         if isinstance(node, ast.BitXor):
             raise ReferenceInputError(f"{text!r}: write powers as a**b, not a^b")
         if not isinstance(node, _GRAMMAR) or (isinstance(node, ast.Call) and node.keywords):
-            raise ReferenceInputError(f"{text!r}: {type(node).__name__} is not part of an expression in t")
+            part = ast.unparse(node) if isinstance(node, ast.expr) else type(node).__name__
+            raise ReferenceInputError(f"{text!r}: {part!r} is not part of a formula in t")
     _require_known_names(tree)
     normal: ast.Expression = ast.fix_missing_locations(_Normalise().visit(tree))
     return normal

@@ -85,9 +85,14 @@ class _Clock:
 
 
 def _positive(value: Any) -> float | None:
-    """Returns a positive finite number as it is, anything else as None."""
-    number = isinstance(value, (int, float)) and not isinstance(value, bool)
-    return float(value) if number and math.isfinite(value) and value > 0 else None
+    """Returns a positive finite number as a float, anything else as None."""
+    if not isinstance(value, (int, float)) or isinstance(value, bool):
+        return None
+    try:
+        number = float(value)
+    except OverflowError:
+        return None
+    return number if math.isfinite(number) and number > 0 else None
 
 
 def _clock_findings(clock: _Clock) -> Iterator[Finding]:

@@ -153,9 +153,8 @@ def _load_document(
         problems += shape_faults(tree, error)
     known = {path for path, _ in problems}
     problems += [(path, message) for path, message in findings(tree, directory) if path not in known]
-    unreadable = {fault.key for fault in document.faults if "twice" not in fault.message}
     faults = document.faults + [
-        _placed(path, message, document, changed) for path, message in problems if dotted(path) not in unreadable
+        _placed(path, message, document, changed) for path, message in problems if path not in document.unreadable
     ]
     if faults or scenario is None:
         raise ScenarioError(source, list(dict.fromkeys(faults)))

@@ -35,13 +35,13 @@ def shape_faults(tree: Any, error: ValidationError) -> Iterator[tuple[Path, str]
     places = [tuple(problem["loc"]) for problem in problems]
     for problem, loc in zip(problems, places, strict=True):
         # A list whose items are at fault counts as short only because they are.
-        if problem["type"] == "too_short" and any(
-            other[: len(loc)] == loc and other != loc for other in places
-        ):
+        if problem["type"] == "too_short" and any(other[: len(loc)] == loc and other != loc for other in places):
             continue
         path = tree_path(tree, loc)
         if problem["type"] == "union_tag_invalid":
             path = (*path, "name")
+        elif problem["type"] == "missing":  # of a list of fixed length; the sections speak for their own keys
+            path = path[:-1]
         yield path, _message(tree, loc, problem)
 
 
@@ -58,14 +58,12 @@ def tree_path(tree: Any, loc: tuple[str | int, ...]) -> Path:
 
 def _message(tree: Any, loc: tuple[str | int, ...], problem: Any) -> str:
     kind, given, context = str(problem["type"]), problem["input"], problem.get("ctx") or {}
-    name = str(
-        next((step for step in reversed(loc) if isinstance(step, str) and not step.startswith("<")), "")
-    )
+    name = str(next((step for step in reversed(loc) if isinstance(step, str) and not step.startswith("<")), ""))
     if kind == "fault":
         return str(context["message"])
     if kind == "too_long":
         return _wrong_length(name, len(given))
-    if kind == "missing":  # of a list of fixed length; the sections speak for their own keys
+    if kind == "missing":
         return _wrong_length(name, len(lookup(tree, tree_path(tree, loc[:-1]), ())))
     if kind in ("too_short", "string_too_short"):
         return "expected at least one" + (" character" if kind == "string_too_short" else "") + ", got none"
@@ -85,11 +83,12 @@ def _message(tree: Any, loc: tuple[str | int, ...], problem: Any) -> str:
 
 def _wrong_type(kind: str, loc: tuple[str | int, ...], given: Any, otherwise: str) -> str:
     expected = _EXPECTED.get(kind)
-    if loc[-1] == "<signal>":
+    form = loc[-1] if loc else ""
+    if form == "<signal>":
         expected = "a number, a formula in t, or a list of segments"
-    elif loc[-1] == "<signals>":
+    elif form == "<signals>":
         expected = "u_x and u_theta, a csv file, or a table"
-    elif loc[-1] == "<number>":
+    elif form == "<number>":
         expected = "a number or a formula in t"
     if expected is None:
         return f"{otherwise[0].lower()}{otherwise[1:]}, got {shown(given)}"

@@ -32,11 +32,13 @@ class Document:
         tree: plain dicts, lists and scalars.
         positions: where each key and list item stands; the root is ().
         faults: what was wrong with the YAML itself.
+        unreadable: where None stands for something that could not be read.
     """
 
     tree: Any = None
     positions: dict[Path, Position] = field(default_factory=dict)
     faults: list[Fault] = field(default_factory=list)
+    unreadable: set[Path] = field(default_factory=set)
 
 
 def dotted(path: Iterable[str | int]) -> str:
@@ -86,10 +88,11 @@ def parse_yaml(text: str) -> Document:
     except YAMLError as error:
         document.faults.append(_syntax_fault(text, error))
         return document
+    except RecursionError:
+        document.faults.append(Fault(0, 0, "", "not a scenario: lists or sections are nested without end"))
+        return document
     if root is None:
-        document.faults.append(
-            Fault(0, 0, "", "the file is empty; `nhtrack init` writes a scenario to start from")
-        )
+        document.faults.append(Fault(0, 0, "", "the file is empty; `nhtrack init` writes a scenario to start from"))
         return document
     document.positions[()] = (1, 1)
     document.tree = _Walk(yaml, document).plain(root, ())
@@ -104,49 +107,52 @@ class _Walk:
 
     def plain(self, node: Node, path: Path) -> Any:
         if id(node) in self._seen:
-            self._fault(node, path, "aliases (*name) are not part of a scenario; write the value out")
-            return None
+            # ruamel hands out the anchored node itself, so the place is the nearest key's.
+            positions = self._document.positions
+            position = next(positions[here] for here in ancestors(path) if here in positions)
+            message = "aliases (*name) are not part of a scenario; write the value out"
+            return self._unreadable(position, path, message)
         self._seen.add(id(node))
         if str(node.tag) not in _PLAIN_TAGS:
-            self._fault(
-                node,
-                path,
-                f"a scenario holds plain text, numbers, lists and sections, not {_short_tag(node)}",
-            )
-            return None
+            message = f"a scenario holds text, numbers, lists and sections, not {_short_tag(node)}"
+            return self._unreadable(_position(node), path, message)
         if isinstance(node, MappingNode):
             return self._mapping(node, path)
         if isinstance(node, SequenceNode):
-            for i, item in enumerate(node.value):
-                self._document.positions[*path, i] = _position(item)
-            return [self.plain(item, (*path, i)) for i, item in enumerate(node.value)]
-        return self._scalar(node, path) if isinstance(node, ScalarNode) else None
+            return self._sequence(node, path)
+        try:
+            return self._yaml.constructor.construct_object(node, deep=True)
+        except (YAMLError, ValueError) as error:
+            return self._unreadable(_position(node), path, f"cannot be read: {error}")
 
     def _mapping(self, node: MappingNode, path: Path) -> dict[str, Any]:
         tree: dict[str, Any] = {}
         for key_node, value_node in node.value:
+            here = (*path, str(key_node.value))
             if not isinstance(key_node, ScalarNode):
-                self._fault(key_node, path, "a key must be a plain word")
-                continue
-            key = str(key_node.value)
-            here = (*path, key)
-            if key in tree:
+                self._fault(_position(key_node), path, "a key must be a plain word")
+            elif here[-1] in tree:
                 first = self._document.positions[here][0]
-                self._fault(key_node, here, f"key is given twice, first on line {first}; keep one")
-                continue
-            self._document.positions[here] = _position(key_node)
-            tree[key] = self.plain(value_node, here)
+                message = f"key is given twice, first on line {first}; keep one"
+                self._fault(_position(key_node), here, message)
+            else:
+                self._document.positions[here] = _position(key_node)
+                tree[str(here[-1])] = self.plain(value_node, here)
         return tree
 
-    def _scalar(self, node: ScalarNode, path: Path) -> Any:
-        try:
-            return self._yaml.constructor.construct_object(node, deep=True)
-        except (YAMLError, ValueError) as error:
-            self._fault(node, path, f"cannot be read: {error}")
-            return None
+    def _sequence(self, node: SequenceNode, path: Path) -> list[Any]:
+        for i, item in enumerate(node.value):
+            if id(item) not in self._seen:
+                self._document.positions[*path, i] = _position(item)
+        return [self.plain(item, (*path, i)) for i, item in enumerate(node.value)]
 
-    def _fault(self, node: Node, path: Path, message: str) -> None:
-        self._document.faults.append(Fault(*_position(node), dotted(path), message))
+    def _unreadable(self, position: Position, path: Path, message: str) -> None:
+        """Notes that nothing stands at a path because it cannot be read."""
+        self._fault(position, path, message)
+        self._document.unreadable.add(path)
+
+    def _fault(self, position: Position, path: Path, message: str) -> None:
+        self._document.faults.append(Fault(*position, dotted(path), message))
 
 
 def _position(node: Node) -> Position:

@@ -1,0 +1,86 @@
+"""Scaling between a scenario's units and the robot's: hand-worked numbers, inverses, and the equations of motion."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import tolerances as tol
+from nhtrack.similarity import Gains, Similarity
+
+factors = st.floats(1e-3, 1e3)
+EXAMPLE_1 = Similarity(length=0.004, time=4.0)
+
+
+def test_example_1_by_hand() -> None:
+    pose = EXAMPLE_1.poses_to_robot(np.array([500.0, -500.0, -math.pi / 2]))
+    twist = EXAMPLE_1.twists_to_robot(np.array([10.0, 0.0, 2.0]))
+    u = EXAMPLE_1.inputs_to_robot(np.array([10.0, 0.15]))
+    np.testing.assert_allclose(pose, [2.0, -2.0, -math.pi / 2], rtol=tol.HAND)
+    np.testing.assert_allclose(twist, [0.01, 0.0, 0.5], rtol=tol.HAND)
+    np.testing.assert_allclose(u, [0.0025, 0.009375], rtol=tol.HAND)
+    assert EXAMPLE_1.times_to_robot(20.0) == 80.0
+
+
+def test_gains_by_hand() -> None:
+    assert EXAMPLE_1.scale_gains(kp=16.0, kd=8.0, ke=4.0, k=3.0) == Gains(kp=1.0, kd=2.0, ke=0.25, k=3.0)
+
+
+@given(factors, factors)
+def test_scenario_and_robot_are_inverse(length: float, time: float) -> None:
+    there, rng = Similarity(length, time), np.random.default_rng(1)
+    g, xi, u = rng.normal(size=(2, 5, 3)), rng.normal(size=(5, 3)), rng.normal(size=(5, 2))
+    np.testing.assert_allclose(there.poses_to_scenario(there.poses_to_robot(g)), g, rtol=tol.ALGEBRA)
+    np.testing.assert_allclose(there.twists_to_scenario(there.twists_to_robot(xi)), xi, rtol=tol.ALGEBRA)
+    np.testing.assert_allclose(there.inputs_to_scenario(there.inputs_to_robot(u)), u, rtol=tol.ALGEBRA)
+    np.testing.assert_allclose(there.times_to_scenario(there.times_to_robot(3.0)), 3.0, rtol=tol.ALGEBRA)
+    np.testing.assert_allclose(there.inverse.poses_to_robot(g), there.poses_to_scenario(g), rtol=tol.ALGEBRA)
+    np.testing.assert_allclose(there.inverse.inputs_to_robot(u), there.inputs_to_scenario(u), rtol=tol.ALGEBRA)
+
+
+@given(factors, factors)
+def test_a_uniformly_accelerated_robot_scales(length: float, time: float) -> None:
+    """x = v t + u t^2/2 and theta alike hold on both sides: velocity, input and time scale consistently."""
+    similarity, t = Similarity(length, time), 1.7
+    xi, u = np.array([0.3, 0.0, -0.8]), np.array([0.9, 0.4])
+    moved = np.array([xi[0] * t + u[0] * t**2 / 2, 0.0, xi[2] * t + u[1] * t**2 / 2])
+    robot_t, robot_xi, robot_u = (
+        similarity.times_to_robot(t),
+        similarity.twists_to_robot(xi),
+        similarity.inputs_to_robot(u),
+    )
+    robot_moved = np.array(
+        [
+            robot_xi[0] * robot_t + robot_u[0] * robot_t**2 / 2,
+            0.0,
+            robot_xi[2] * robot_t + robot_u[1] * robot_t**2 / 2,
+        ]
+    )
+    np.testing.assert_allclose(robot_moved, similarity.poses_to_robot(moved), rtol=tol.ALGEBRA)
+
+
+def test_the_law_s_acceleration_scales_with_its_gains() -> None:
+    """kp q + kd v of scaled gains on scaled quantities is the scaled acceleration."""
+    kp, kd, ke, k = 11.0, 25.1, 6.0, 3.2
+    q, v = 3.0, -2.0
+    scaled = EXAMPLE_1.scale_gains(kp, kd, ke, k)
+    robot_q = EXAMPLE_1.poses_to_robot(np.array([q, 0.0, 0.0]))[0]
+    robot_v = EXAMPLE_1.twists_to_robot(np.array([v, 0.0, 0.0]))[0]
+    expected = EXAMPLE_1.inputs_to_robot(np.array([kp * q + kd * v, 0.0]))[0]
+    assert scaled.kp * robot_q + scaled.kd * robot_v == pytest.approx(expected, rel=tol.HAND)
+
+
+@pytest.mark.parametrize("factor", [0.0, -1.0, math.nan, math.inf])
+@pytest.mark.parametrize("name", ["length", "time"])
+def test_factors_are_positive(name: str, factor: float) -> None:
+    with pytest.raises(ValueError, match=rf"similarity\.{name}: expected a positive number"):
+        Similarity(**{name: factor})
+
+
+def test_a_wrong_shape_is_refused() -> None:
+    with pytest.raises(ValueError, match=r"poses: expected shape \(\.\.\., 3\), got \(2,\)"):
+        EXAMPLE_1.poses_to_robot(np.zeros(2))
