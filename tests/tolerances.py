@@ -40,3 +40,6 @@ DOP853 = 1e-11
 
 # A dozen rounded products and sums; a test multiplies by the largest term that enters (forces [N] of order 100).
 ROUNDED_SUM = 16 * EPS
+
+# A robot read where its file places it, metres from the origin: EPS of that distance, squared in the inertia.
+READING = 1e-13

@@ -161,7 +161,7 @@ FAULTS = {
     ),
     "a cylinder for a tyre": (
         [(LEFT_TYRE, '<geom name="left_tyre" type="cylinder" size=".05 .01" euler="90 0 0"/>')],
-        "wheel 'left_wheel': its collision geom is a cylinder, which touches the floor in more than one point",
+        "wheel 'left_wheel': its collision geom is a cylinder, which touches the floor in more than one",
     ),
     "torsional friction": (
         [(LEFT_TYRE, LEFT_TYRE.replace("/>", ' condim="4"/>'))],
@@ -218,7 +218,7 @@ FAULTS = {
     ),
     "no stall torque": (
         [('<numeric name="motor_stall_torque" data="2"/>', "")],
-        'expected <custom><numeric name="motor_stall_torque" data="..."/></custom>, the motor\'s datasheet value',
+        'expected <custom><numeric name="motor_stall_torque" data="..."/></custom>, the motor\'s datasheet',
     ),
     "no no-load speed": (
         [('<numeric name="motor_no_load_speed" data="10"/>', "")],
