@@ -1,0 +1,239 @@
+"""The ideal integrator against scipy, against itself, and against the contract of a simulation."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
+from hypothesis.extra import numpy as hnp
+from scipy.integrate import solve_ivp
+
+import strategies as draw
+import tolerances as tol
+from nhtrack import se2
+from nhtrack.diffdrive import DiffDrive, Motor
+from nhtrack.errors import SimulationDiverged
+from nhtrack.simulation.ideal import IdealSimulation, propagate
+from nhtrack.simulation.state import Simulation, State
+from simulation_contract import SimulationContract
+
+DRIVE = DiffDrive(
+    wheel_radius=0.016,
+    half_separation=0.043,
+    mass=0.3,
+    axle_inertia=3e-4,
+    wheel_inertia=2e-6,
+    com=(-0.01, 0.0, 0.02),
+    casters=((-0.04, 0.0),),
+    motor=Motor(torque_limit=0.03, stall_torque=0.05, no_load_speed=60.0),
+)
+
+
+class Motion(NamedTuple):
+    """One robot over one control period of dt [s]: pose (3,), twist (3,), input (2,)."""
+
+    g: np.ndarray
+    xi: np.ndarray
+    u: np.ndarray
+    dt: float
+
+    @property
+    def reach(self) -> float:
+        """Bound on the length of the path [m]."""
+        return self.dt * (abs(self.xi[0]) + self.dt * abs(self.u[0]))
+
+    @property
+    def position_rounding(self) -> float:
+        """What adding a path to a position and rotating it by a rounded heading may cost [m]."""
+        turned = self.dt * (abs(self.xi[2]) + self.dt * abs(self.u[1]))
+        size = math.hypot(self.g[0], self.g[1]) + self.reach
+        return size * tol.ALGEBRA + self.reach * tol.ANGLE_SUM * (abs(self.g[2]) + turned)
+
+    @property
+    def heading_rounding(self) -> float:
+        """What adding up the terms of a heading may cost [rad]."""
+        turned = self.dt * (abs(self.xi[2]) + self.dt * abs(self.u[1]))
+        return tol.ANGLE_SUM * (abs(self.g[2]) + turned)
+
+
+@st.composite
+def motions(draw_: st.DrawFn, angles: st.SearchStrategy[float] = draw.any_angles) -> Motion:
+    """Motions that turn less than pi in the period, from any pose."""
+    dt = draw_(draw.log_uniform(1e-4, 1.0))
+    turns = st.floats(-2.0, 2.0)  # omega dt and u_theta dt^2: together up to 3 rad
+    xi = np.array([draw_(draw.lengths), 0.0, draw_(turns) / dt])
+    u = np.array([draw_(draw.lengths) / dt, draw_(turns) / dt**2])
+    return Motion(draw_(draw.triples(angles)), xi, u, dt)
+
+
+def scipy_flow(motion: Motion) -> tuple[np.ndarray, np.ndarray]:
+    """Pose and twist after the period by DOP853, the position counted from where it begins."""
+
+    def rate(_: float, y: np.ndarray) -> list[float]:
+        theta, v, omega = y[2], y[3], y[4]
+        return [v * math.cos(theta), v * math.sin(theta), omega, motion.u[0], motion.u[1]]
+
+    begin = [0.0, 0.0, motion.g[2], motion.xi[0], motion.xi[2]]
+    absolute = 1e-13 * np.array([motion.reach, motion.reach, 1.0, motion.reach / motion.dt, 1 / motion.dt])
+    solution = solve_ivp(rate, (0.0, motion.dt), begin, method="DOP853", rtol=1e-12, atol=absolute + 1e-300)
+    x, y, theta, v, omega = solution.y[:, -1]
+    return np.array([motion.g[0] + x, motion.g[1] + y, theta]), np.array([v, 0.0, omega])
+
+
+def step_ideal(motion: Motion) -> State:
+    simulation = IdealSimulation(("robot",), DRIVE, motion.dt)
+    simulation.reset(State(0.0, motion.g[None], motion.xi[None]))
+    return simulation.step(motion.u[None])
+
+
+# -- the flow ---------------------------------------------------------------------------------------
+
+
+@given(motions())
+@example(Motion(np.array([0.0, 0.0, math.pi]), np.array([1.0, 0.0, -3.0]), np.array([1.0, 3.0]), 1.0))
+def test_step_equals_scipy(motion: Motion) -> None:
+    g, xi = scipy_flow(motion)
+    state = step_ideal(motion)
+    offset = np.abs(state.g[0] - g)
+    assert offset[:2].max() <= tol.DOP853 * motion.reach + motion.position_rounding
+    assert offset[2] <= tol.DOP853 + motion.heading_rounding
+    assert np.abs(state.xi[0] - xi)[0] <= tol.DOP853 * motion.reach / motion.dt
+    assert np.abs(state.xi[0] - xi)[2] <= tol.DOP853 / motion.dt
+
+
+@given(st.floats(-100.0, 100.0), draw.lengths, draw.lengths, st.floats(1e-3, 10.0))
+def test_without_turning_the_path_is_a_parabola_in_time(theta: float, v: float, u_x: float, dt: float) -> None:
+    motion = Motion(np.array([0.0, 0.0, theta]), np.array([v, 0.0, 0.0]), np.array([u_x, 0.0]), dt)
+    far = v * dt + u_x * dt**2 / 2
+    expected = np.array([far * math.cos(theta), far * math.sin(theta), theta])
+    np.testing.assert_allclose(step_ideal(motion).g[0], expected, rtol=0, atol=motion.position_rounding)
+
+
+@given(draw.any_angles, st.floats(-3.0, 3.0).filter(lambda omega: abs(omega) > 1e-3))
+def test_at_constant_twist_the_path_is_the_exponential(theta: float, omega: float) -> None:
+    motion = Motion(np.array([0.3, -0.2, theta]), np.array([0.7, 0.0, omega]), np.zeros(2), 1.0)
+    expected = se2.compose(motion.g, se2.exp(motion.xi))
+    np.testing.assert_allclose(step_ideal(motion).g[0, :2], expected[:2], atol=motion.position_rounding)
+    np.testing.assert_allclose(step_ideal(motion).g[0, 2], expected[2], atol=motion.heading_rounding)
+
+
+@given(motions(), st.floats(0.0, 1.0))
+def test_two_periods_compose_to_their_sum(motion: Motion, share: float) -> None:
+    first, rest = share * motion.dt, motion.dt - share * motion.dt
+    halfway = propagate(motion.g, motion.xi, motion.u, first)
+    twice = propagate(*halfway, motion.u, rest)
+    once = propagate(motion.g, motion.xi, motion.u, motion.dt)
+    assert np.abs(twice[0] - once[0])[:2].max() <= 4 * motion.position_rounding
+    assert np.abs(twice[0] - once[0])[2] <= 4 * motion.heading_rounding
+    assert np.abs(twice[1] - once[1]).max() <= tol.ALGEBRA * (np.abs(motion.xi) + np.abs(motion.u).max()).max()
+
+
+@given(motions())
+def test_reversed_motion_returns_to_its_start(motion: Motion) -> None:
+    g, xi = propagate(motion.g, motion.xi, motion.u, motion.dt)
+    back, _ = propagate(g, xi, motion.u, -motion.dt)
+    assert np.abs(back - motion.g)[:2].max() <= 4 * motion.position_rounding
+    assert np.abs(back - motion.g)[2] <= 4 * motion.heading_rounding
+
+
+@given(draw.poses, motions(draw.log_angles))
+def test_flow_is_left_invariant(h: np.ndarray, motion: Motion) -> None:
+    """Moving the start by h moves the end by h and leaves the twist as it is."""
+    g, xi = propagate(motion.g, motion.xi, motion.u, motion.dt)
+    g_moved, xi_moved = propagate(se2.compose(h, motion.g), motion.xi, motion.u, motion.dt)
+    size = math.hypot(h[0], h[1]) + math.hypot(motion.g[0], motion.g[1]) + motion.reach
+    turned = abs(h[2]) + abs(motion.g[2]) + abs(g[2])
+    expected = se2.compose(h, g)
+    assert np.abs(g_moved - expected)[:2].max() <= size * (2 * tol.ALGEBRA + tol.ANGLE_SUM * turned)
+    assert abs(g_moved[2] - expected[2]) <= tol.ANGLE_SUM * turned
+    np.testing.assert_array_equal(xi_moved, xi)
+
+
+@given(motions())
+def test_lateral_velocity_is_zero_exactly(motion: Motion) -> None:
+    assert step_ideal(motion).xi[0, 1] == 0.0
+
+
+# -- batches ----------------------------------------------------------------------------------------
+
+
+@st.composite
+def batched_states(draw_: st.DrawFn) -> tuple[State, np.ndarray]:
+    shape = draw_(st.sampled_from([(1,), (5,), (2, 3), (4, 1), (7, 2)]))
+    numbers = hnp.arrays(float, (*shape, 7), elements=st.floats(-10.0, 10.0))
+    x, y, theta, v, omega, u_x, u_theta = np.moveaxis(draw_(numbers), -1, 0)
+    g, xi = np.stack([x, y, theta], axis=-1), np.stack([v, np.zeros_like(v), omega], axis=-1)
+    return State(0.0, g, xi), np.stack([u_x, u_theta], axis=-1)
+
+
+@given(batched_states())
+@settings(max_examples=25)
+def test_batch_is_exactly_its_members(drawn: tuple[State, np.ndarray]) -> None:
+    state, u = drawn
+    g, xi = propagate(state.g, state.xi, u, 0.01)
+    for at in np.ndindex(state.g.shape[:-1]):
+        one_g, one_xi = propagate(state.g[at], state.xi[at], u[at], 0.01)
+        np.testing.assert_array_equal(g[at], one_g)
+        np.testing.assert_array_equal(xi[at], one_xi)
+
+
+def test_batched_simulation_is_exactly_its_members() -> None:
+    rng = np.random.default_rng(1)
+    g, xi = rng.uniform(-3, 3, (4, 2, 3)), rng.uniform(-1, 1, (4, 2, 3)) * [1, 0, 1]
+    inputs = rng.uniform(-2, 2, (20, 4, 2, 2))
+    batch = IdealSimulation(("a", "b"), DRIVE, 0.01)
+    batch.reset(State(0.0, g, xi))
+    last, telemetry = [batch.step(u) for u in inputs][-1], batch.telemetry()
+    for member in range(4):
+        single = IdealSimulation(("a", "b"), DRIVE, 0.01)
+        single.reset(State(0.0, g[member], xi[member]))
+        alone = [single.step(u) for u in inputs[:, member]][-1]
+        np.testing.assert_array_equal(last.g[member], alone.g)
+        np.testing.assert_array_equal(last.xi[member], alone.xi)
+        for name, values in single.telemetry().items():
+            np.testing.assert_array_equal(telemetry[name][member], values, err_msg=name)
+
+
+def test_divergence_in_a_batch_names_the_simulation() -> None:
+    simulation = IdealSimulation(("a", "b"), DRIVE, 0.5)
+    simulation.reset(State(0.0, np.zeros((3, 2, 3)), np.zeros((3, 2, 3))))
+    u = np.zeros((3, 2, 2))
+    u[2, 1] = np.nan
+    with pytest.raises(SimulationDiverged, match=r"robot 'b' at t = 0\.500 s \(simulation 2\)"):
+        simulation.step(u)
+
+
+# -- the contract -----------------------------------------------------------------------------------
+
+
+class TestIdealSimulation(SimulationContract):
+    def make(self) -> Simulation:
+        return IdealSimulation(self.names, DRIVE, self.dt)
+
+
+def test_telemetry_is_what_the_reduced_model_says() -> None:
+    """Torques, speeds, loads and utilisation of the command and of the twist at the end of the period."""
+    simulation = IdealSimulation(("robot",), DRIVE, 0.1, friction=0.5)
+    u = np.array([[0.4, -3.0]])
+    simulation.reset(State(0.0, np.zeros((1, 3)), np.array([[0.3, 0.0, 2.0]])))
+    state = simulation.step(u)
+    motion = (state.xi[:, 0], state.xi[:, 2], u[:, 0], u[:, 1])
+    told = simulation.telemetry()
+    np.testing.assert_array_equal(told["wheel_torque"], DRIVE.wheel_torques(*motion))
+    np.testing.assert_array_equal(told["wheel_speed"], DRIVE.wheel_speeds(motion[0], motion[1]))
+    np.testing.assert_array_equal(told["wheel_load"], DRIVE.wheel_loads(*motion))
+    predicted = DRIVE.friction_utilisation(*motion, 0.5)
+    np.testing.assert_array_equal(told["friction_utilisation_predicted"], predicted)
+    assert (predicted > 0).all()
+
+
+@pytest.mark.parametrize(("u_theta", "saturated"), [(0.0, 0.0), (500.0, 1.0)])
+def test_telemetry_says_where_motors_would_saturate(u_theta: float, saturated: float) -> None:
+    simulation = IdealSimulation(("robot",), DRIVE, 0.001)
+    simulation.reset(State(0.0, np.zeros((1, 3)), np.zeros((1, 3))))
+    simulation.step(np.array([[0.0, u_theta]]))
+    np.testing.assert_array_equal(simulation.telemetry()["torque_saturation"], [[saturated, saturated]])
