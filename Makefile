@@ -39,19 +39,19 @@ demo: $(RUNTIME) $(GL)  ## set up, run the paper's first example on wheels, say 
 	@$(BIN)/nhtrack run paper/example1
 
 test: $(DEV) $(GL)  ## set up and run the whole test suite
-	@$(BIN)/python -m pytest -n 2 -q
+	@$(BIN)/python -m pytest -q
 
 check: $(DEV)  ## lint, types, import rules and the fast tests
 	@$(BIN)/ruff check --quiet
 	@$(BIN)/mypy --no-error-summary
 	@$(BIN)/lint-imports --no-logo >$(VENV)/lint-imports.txt || { cat $(VENV)/lint-imports.txt; exit 1; }
-	@$(BIN)/python -m pytest -n 2 -q -m "not slow"
+	@$(BIN)/python -m pytest -q -m "not slow"
 
 bench: $(DEV)  ## run every script in benchmarks/
 	@for script in $(sort $(wildcard benchmarks/*.py)); do $(BIN)/python "$$script" || exit 1; done
 
-docs: $(DEV) $(GL)  ## write the generated pages and figures of docs/ anew
-	@for script in $(sort $(wildcard docs/generate_*.py)); do $(BIN)/python "$$script" || exit 1; done
+docs: $(DEV)  ## write the generated pages of docs/ anew
+	@$(BIN)/python -m nhtrack.scenario.documentation docs/scenario.md
 
 clean:  ## remove .venv, caches and build products; runs/ stays
 	rm -rf $(VENV) build dist .pytest_cache .mypy_cache .ruff_cache .import_linter_cache .hypothesis
