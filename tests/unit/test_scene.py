@@ -1,4 +1,4 @@
-"""Composing a scene: robots and their names, contacts from the time step, masks, markers, errors, identity."""
+"""Composing a scene: robots, names, contacts from the time step, masks, markers, errors, identity."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -195,7 +195,7 @@ class TestIdentity:
 
 @pytest.fixture
 def own_robot(tmp_path: Path) -> Path:
-    """A user's copy of nh_mini: other compiler settings, other options, heading in degrees, placed elsewhere."""
+    """A user's copy of nh_mini: other compiler settings, other options, placed elsewhere."""
     text = assets.find_robot("nh_mini").read_text()
     for old, new in (
         ('<compiler angle="radian" autolimits="false"/>', '<compiler angle="radian" autolimits="true"/>'),
@@ -245,7 +245,7 @@ class TestErrors:
 
     def test_an_mjcf_that_is_not_there(self, tmp_path: Path) -> None:
         path = tmp_path / "absent.xml"
-        with pytest.raises(RobotError, match="absent.xml: no such MJCF file"):
+        with pytest.raises(RobotError, match=r"absent\.xml: no such MJCF file"):
             robot_path(str(path))
 
     @pytest.mark.parametrize(
@@ -254,7 +254,7 @@ class TestErrors:
     def test_an_mjcf_that_mujoco_cannot_read(self, tmp_path: Path, text: str) -> None:
         path = tmp_path / "broken.xml"
         path.write_text(text)
-        with pytest.raises(RobotError, match="broken.xml: MuJoCo cannot compile it: "):
+        with pytest.raises(RobotError, match=r"broken\.xml: MuJoCo cannot compile it: "):
             load_robot(str(path))
 
     def test_an_mjcf_that_is_no_robot(self, tmp_path: Path) -> None:
