@@ -1,0 +1,190 @@
+"""Where the camera is in every frame: decided for the whole film before the first frame is drawn.
+
+A film is made after the run, so the camera may look ahead. Its path is smoothed without delay by a filter that is
+symmetric in time: it does not lag behind the robots and does not jitter.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+from scipy.ndimage import gaussian_filter1d, maximum_filter1d
+
+from nhtrack.errors import RenderError, did_you_mean
+
+__all__ = ["CAMERAS", "CameraPath", "floor_footprint", "plan_camera"]
+
+_ELEVATION = -38.0  # [deg] of `group` and `isometric`
+_CLOSEST = 0.95  # [m] nearest the group camera goes: a robot of 0.1 m is then a fifth of the picture wide
+_ROBOT_REACH = 0.08  # [m] from a robot's axle midpoint to its outermost point, with air
+_CALM = 0.9  # [s] of film over which the camera's path is smoothed (standard deviation)
+# Share of the half picture that robots may fill: left and right, below, above (above are the title and the map).
+_SIDE, _BELOW, _ABOVE = 0.80, 0.80, 0.52
+
+
+@dataclass(frozen=True)
+class CameraPath:
+    """A free camera in each of f frames, in MuJoCo's terms.
+
+    Attributes:
+        lookat: points looked at [m], shape (f, 3).
+        distance: from them [m], shape (f,).
+        azimuth: direction of view about the vertical [deg], shape (f,).
+        elevation: direction of view above the horizontal [deg], shape (f,).
+    """
+
+    lookat: np.ndarray
+    distance: np.ndarray
+    azimuth: np.ndarray
+    elevation: np.ndarray
+
+    def place(self, camera: mujoco.MjvCamera, frame: int) -> None:
+        """Puts MuJoCo's camera where it is in a frame."""
+        camera.type = mujoco.mjtCamera.mjCAMERA_FREE
+        camera.lookat, camera.distance = self.lookat[frame], float(self.distance[frame])
+        camera.azimuth, camera.elevation = float(self.azimuth[frame]), float(self.elevation[frame])
+
+
+@dataclass(frozen=True)
+class Lens:
+    """What the picture holds: half its height and width as tangents of the angle from its middle."""
+
+    vertical: float
+    horizontal: float
+
+
+def plan_camera(name: str, pose: np.ndarray, fovy: float, aspect: float, fps: int) -> CameraPath:
+    """Returns the path of one of `CAMERAS` over a film.
+
+    Args:
+        name: `group`, `isometric`, `top` or `chase`.
+        pose: poses of the robots in each frame, shape (f, n, 3).
+        fovy: vertical field of view [deg].
+        aspect: width over height of the picture.
+        fps: frames per second of film.
+
+    Raises:
+        RenderError: no camera of that name.
+    """
+    if name not in CAMERAS:
+        raise RenderError(f"no camera {name!r}; {did_you_mean(name, CAMERAS)}")
+    vertical = float(np.tan(np.radians(fovy) / 2))
+    return CAMERAS[name](pose, Lens(vertical, vertical * aspect), fps * _CALM)
+
+
+def _group(pose: np.ndarray, lens: Lens, calm: float) -> CameraPath:
+    """Frames all robots, closer as they come together, from a fixed direction oblique to the leader's way."""
+    azimuth = _oblique_azimuth(pose)
+    axes = _axes(azimuth, _ELEVATION)
+    points = _with_height(pose[..., :2])
+    lookat = _smooth(_middle(points, axes), calm)
+    needed = _fitting_distance(points - lookat[:, None], axes, lens)
+    # The widest need within reach of the filter, so that smoothing cannot push a robot out of the picture
+    needed = maximum_filter1d(needed, size=2 * int(2 * calm) + 1, mode="nearest")
+    distance = np.maximum(_smooth(np.log(needed), calm), np.log(_CLOSEST))
+    return _still(lookat, np.exp(distance), azimuth, _ELEVATION)
+
+
+def _isometric(pose: np.ndarray, lens: Lens, calm: float) -> CameraPath:
+    """Frames the whole run from one place."""
+    return _whole_run(pose, lens, _oblique_azimuth(pose), _ELEVATION)
+
+
+def _top(pose: np.ndarray, lens: Lens, calm: float) -> CameraPath:
+    """Frames the whole run from above, x to the right and y up as in the figures."""
+    return _whole_run(pose, lens, 90.0, -90.0)
+
+
+def _chase(pose: np.ndarray, lens: Lens, calm: float) -> CameraPath:
+    """Follows behind the root, turning with it."""
+    lookat = _with_height(_smooth(pose[:, 0, :2], 0.3 * calm))
+    azimuth = np.degrees(_smooth(pose[:, 0, 2], calm))
+    frames = len(pose)
+    return CameraPath(lookat, np.full(frames, 1.1), azimuth, np.full(frames, -22.0))
+
+
+CAMERAS: dict[str, Callable[[np.ndarray, Lens, float], CameraPath]] = {
+    "group": _group,
+    "isometric": _isometric,
+    "top": _top,
+    "chase": _chase,
+}
+
+
+def _whole_run(pose: np.ndarray, lens: Lens, azimuth: float, elevation: float) -> CameraPath:
+    axes = _axes(azimuth, elevation)
+    points = _with_height(pose[..., :2]).reshape(1, -1, 3)
+    lookat = _middle(points, axes)
+    distance = np.maximum(_fitting_distance(points - lookat[:, None], axes, lens), _CLOSEST)
+    frames = len(pose)
+    return _still(np.repeat(lookat, frames, axis=0), np.repeat(distance, frames), azimuth, elevation)
+
+
+def _still(lookat: np.ndarray, distance: np.ndarray, azimuth: float, elevation: float) -> CameraPath:
+    frames = len(lookat)
+    return CameraPath(lookat, distance, np.full(frames, azimuth), np.full(frames, elevation))
+
+
+def _oblique_azimuth(pose: np.ndarray) -> float:
+    """Returns a direction of view [deg] from which the root travels to the right and away."""
+    way = pose[-1, 0, :2] - pose[0, 0, :2]
+    if np.hypot(*way) < 0.3:  # it ends where it began: no direction of travel to speak of
+        return 60.0
+    return float(np.degrees(np.arctan2(way[1], way[0]))) + 55.0
+
+
+def _axes(azimuth: float, elevation: float) -> np.ndarray:
+    """Returns the camera's right, up and forward directions in the world, shape (3, 3), one a row."""
+    a, e = np.radians(azimuth), np.radians(elevation)
+    forward = np.array([np.cos(e) * np.cos(a), np.cos(e) * np.sin(a), np.sin(e)])
+    right = np.array([np.sin(a), -np.cos(a), 0.0])
+    return np.stack([right, np.cross(right, forward), forward])
+
+
+def _with_height(xy: np.ndarray) -> np.ndarray:
+    """Returns points on the level of the axles, shape (..., 2) -> (..., 3)."""
+    return np.concatenate([xy, np.full((*xy.shape[:-1], 1), 0.03)], axis=-1)
+
+
+def _middle(points: np.ndarray, axes: np.ndarray) -> np.ndarray:
+    """Returns the middle of the box, in the camera's directions, around each frame's points: (f, p, 3) -> (f, 3).
+
+    The box is taken on the floor: to the right, and along the view's horizontal direction.
+    """
+    ahead = np.array([-axes[0, 1], axes[0, 0], 0.0])
+    floor = np.stack([axes[0], ahead])
+    along = points @ floor.T
+    middle = (along.min(axis=1) + along.max(axis=1)) / 2
+    height = points[:, :1, 2]
+    return np.asarray(middle @ floor + height * np.array([0.0, 0.0, 1.0]))
+
+
+def _fitting_distance(offset: np.ndarray, axes: np.ndarray, lens: Lens) -> np.ndarray:
+    """Returns how far the camera must stand to hold all points: offsets from its lookat (f, p, 3) -> (f,).
+
+    A point right, up and depth beyond the lookat falls at right/(distance + depth) of the picture, and so on.
+    """
+    right, up, depth = np.moveaxis(offset @ axes.T, -1, 0)
+    across = (np.abs(right) + _ROBOT_REACH) / (_SIDE * lens.horizontal)
+    above = (up + _ROBOT_REACH) / (_ABOVE * lens.vertical)
+    below = (_ROBOT_REACH - up) / (_BELOW * lens.vertical)
+    return np.asarray((np.maximum(np.maximum(above, below), across) - depth).max(axis=1))
+
+
+def _smooth(values: np.ndarray, frames: float) -> np.ndarray:
+    return np.asarray(gaussian_filter1d(values, frames, axis=0, mode="nearest"))
+
+
+def floor_footprint(path: CameraPath, frame: int, fovy: float, aspect: float, reach: float) -> np.ndarray:
+    """Returns the corners (4, 2) of the floor seen in a frame [m]; what lies beyond `reach` is cut off there."""
+    axes = _axes(float(path.azimuth[frame]), float(path.elevation[frame]))
+    eye = path.lookat[frame] - path.distance[frame] * axes[2]
+    vertical = np.tan(np.radians(fovy) / 2)
+    corners = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) * [vertical * aspect, vertical]
+    rays = corners @ axes[:2] + axes[2]
+    down = np.maximum(-rays[:, 2], 1e-6)
+    span = np.minimum(eye[2] / down, reach / np.hypot(rays[:, 0], rays[:, 1]).clip(1e-9))
+    return np.asarray(eye[:2] + span[:, None] * rays[:, :2])

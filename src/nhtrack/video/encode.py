@@ -1,0 +1,76 @@
+"""H.264 films through the ffmpeg that imageio-ffmpeg finds or brings."""
+
+from __future__ import annotations
+
+import functools
+import subprocess
+from collections.abc import Generator, Iterable
+from dataclasses import dataclass
+from pathlib import Path
+
+import imageio_ffmpeg
+import numpy as np
+
+from nhtrack.errors import RenderError
+
+__all__ = ["Encoder", "encode", "find_encoder"]
+
+
+@dataclass(frozen=True)
+class Encoder:
+    """An ffmpeg with H.264.
+
+    Attributes:
+        path: the program.
+        version: what it says it is.
+    """
+
+    path: str
+    version: str
+
+
+@functools.cache
+def find_encoder() -> Encoder:
+    """Returns the ffmpeg to encode with.
+
+    Raises:
+        RenderError: there is none, it does not run, or it lacks libx264.
+    """
+    try:
+        path = imageio_ffmpeg.get_ffmpeg_exe()
+        listing = subprocess.run([path, "-encoders"], capture_output=True, text=True, timeout=60, check=True)
+    except (RuntimeError, OSError, subprocess.SubprocessError) as error:
+        raise RenderError(
+            f"no working ffmpeg: install the Debian package ffmpeg, or pip install imageio-ffmpeg ({error})"
+        ) from error
+    if "libx264" not in listing.stdout:
+        raise RenderError(f"{path} has no libx264: unset IMAGEIO_FFMPEG_EXE to use the one imageio-ffmpeg brings")
+    return Encoder(path, listing.stderr.partition("\n")[0].partition(" Copyright")[0])
+
+
+def encode(frames: Iterable[np.ndarray], path: Path, size: tuple[int, int], fps: int) -> None:
+    """Writes frames (height, width, 3) of bytes as H.264 in MP4, playable everywhere and from its first byte on.
+
+    Raises:
+        RenderError: ffmpeg failed while writing.
+    """
+    find_encoder()
+    # 4:2:0 because players expect it; the index in front so that a browser need not fetch the whole file first
+    options = ["-preset", "veryfast", "-crf", "20", "-movflags", "+faststart"]
+    writer: Generator[None, bytes | None, None] = imageio_ffmpeg.write_frames(
+        str(path), size, fps=fps, codec="libx264", pix_fmt_out="yuv420p", quality=None, macro_block_size=2,
+        output_params=options,
+    )  # fmt: skip
+    sent = 0
+    try:
+        writer.send(None)
+        for frame in frames:
+            writer.send(np.ascontiguousarray(frame).tobytes())
+            sent += 1
+    except OSError as error:
+        raise RenderError(f"ffmpeg could not write the film after {sent} frames: {error}") from error
+    finally:
+        writer.close()
+    written, _ = imageio_ffmpeg.count_frames_and_secs(str(path))  # ffmpeg's own failures are not reported on closing
+    if written != sent:
+        raise RenderError(f"ffmpeg wrote {written} of {sent} frames: is the disk full?")
