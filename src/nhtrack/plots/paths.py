@@ -12,7 +12,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Polygon
 
 from nhtrack import se2
-from nhtrack.plots.style import CROWD, INK, interruption_mark, panel_title, styled
+from nhtrack.plots.style import CROWD, INK, panel_title, run_title, styled
 from nhtrack.recording import Recording
 from nhtrack.simulation.palette import ROOT, robot_colour
 
@@ -56,7 +56,7 @@ def trajectories(recording: Recording, fractions: Sequence[float] = (0.15, 0.25,
         axes.set_ylabel("$y$ [m]")
     for axes in panels[-1]:
         axes.set_xlabel("$x$ [m]")
-    interruption_mark(figure, recording)
+    run_title(figure, recording)
     _legend(figure, recording, twin is not None and len(recording.robots) - 1 <= CROWD)
     return figure
 
@@ -91,9 +91,7 @@ def _frame(axes: Axes, pose: np.ndarray, shape: float) -> None:
 def _draw_paths(axes: Axes, pose: np.ndarray, twin: np.ndarray | None) -> None:
     crowded = pose.shape[1] - 1 > CROWD
     for place in reversed(range(pose.shape[1])):
-        path: dict[str, Any] = (
-            {"linewidth": 2.6, "zorder": 1.8} if place == 0 else {"linewidth": 1.4, "zorder": 2.0}
-        )
+        path: dict[str, Any] = {"linewidth": 2.6, "zorder": 1.8} if place == 0 else {"linewidth": 1.4, "zorder": 2.0}
         if crowded and place:
             path |= {"linewidth": 0.7, "alpha": 0.6}
         axes.plot(*pose[:, place, :2].T, color=robot_colour(place), **path)
@@ -134,11 +132,7 @@ def _legend(figure: Figure, recording: Recording, twin: bool) -> None:
     start: dict[str, Any] = {"marker": ">", "markersize": 6, "linestyle": "none", "markerfacecolor": "white"}
     entries.append(Line2D([], [], color="#666666", markeredgecolor="#666666", label="start", **start))
     scale = recording.length_scale
-    title = (
-        None
-        if scale == 1.0
-        else f"lengths in the scenario's units: 1 m is {1000 * scale:.4g} mm on the floor"
-    )
+    title = None if scale == 1.0 else f"lengths in the scenario's units: 1 m is {1000 * scale:.4g} mm on the floor"
     figure.legend(
         handles=entries, loc="outside lower center", ncols=min(len(entries), 6), title=title, title_fontsize=8
     )

@@ -14,9 +14,9 @@ from nhtrack import se2
 from nhtrack.plots.style import (
     INK,
     draw_robots,
-    interruption_mark,
     panel_title,
     robot_legend,
+    run_title,
     styled,
     time_axes,
 )  # fmt: skip
@@ -56,9 +56,7 @@ def errors(recording: Recording) -> Figure:
             axes.set_ylabel(labels[row])
     panels[1, 0].axhline(0.0, color="#999999", linewidth=0.6, zorder=1)
     panels[0, 0].set_ylim(bottom=0.0)
-    for k, title in enumerate(
-        ["linear", "logarithmic", "linear", "magnitude, logarithmic", "linear", "logarithmic"]
-    ):
+    for k, title in enumerate(["linear", "logarithmic", "linear", "magnitude, logarithmic", "linear", "logarithmic"]):
         if k < 2 * rows:
             panel_title(panels.flat[k], "abcdef"[k], title)
     return _finish(figure, panels, recording, root=False)
@@ -125,7 +123,7 @@ def slip(recording: Recording) -> Figure:
         panels[1, 0].set_ylim(0.0, 1.08 * heaviest)
     else:
         panels[1, 0].set_ylim(0.85 * lightest, 1.15 * heaviest)
-    predicted = Line2D([], [], color="#555555", label="predicted, reduced model", **_DASHED)
+    predicted = Line2D([], [], color=INK, label="largest predicted", **_DASHED | {"linewidth": 0.7})
     extra = [predicted] if "friction_utilisation_predicted" in recording.dataset else []
     return _finish(figure, panels, recording, extra)
 
@@ -148,7 +146,7 @@ def _finish(
     root: bool = True,
 ) -> Figure:
     time_axes(figure, panels, recording)
-    interruption_mark(figure, recording)
+    run_title(figure, recording)
     robot_legend(figure, recording, extra or [], root=root)
     figure.align_ylabels()
     return figure
@@ -192,7 +190,7 @@ def _draw_utilisation(axes: Axes, recording: Recording, draw: Any, measured: np.
     draw(axes, recording.time, measured)
     if "friction_utilisation_predicted" in recording.dataset:
         predicted = recording["friction_utilisation_predicted"].values.max(axis=-1)
-        draw(axes, recording.time, predicted, **_DASHED)
+        axes.plot(recording.time, predicted.max(axis=1), color=INK, **_DASHED | {"linewidth": 0.7, "zorder": 4})
     axes.axhline(1.0, **_LIMIT)
     axes.annotate(
         "wheels break away", (1.0, 1.0), xycoords=("axes fraction", "data"), xytext=(-2, 2),
@@ -211,8 +209,6 @@ def _no_wheels(recording: Recording) -> Figure:
     figure = Figure(figsize=(8.4, 2.0))
     axes = figure.subplots()
     axes.set_axis_off()
-    axes.text(
-        0.5, 0.5, "Ideal integrator: no wheels, no slip, no friction", ha="center", va="center", color=INK
-    )
-    interruption_mark(figure, recording)
+    axes.text(0.5, 0.5, "Ideal integrator: no wheels, no slip, no friction", ha="center", va="center", color=INK)
+    run_title(figure, recording)
     return figure

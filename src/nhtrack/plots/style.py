@@ -25,9 +25,9 @@ __all__ = [
     "CROWD",
     "INK",
     "draw_robots",
-    "interruption_mark",
     "panel_title",
     "robot_legend",
+    "run_title",
     "styled",
     "time_axes",
 ]
@@ -102,18 +102,14 @@ def draw_robots(
     together = [column for column, place in enumerate(places) if crowd > CROWD and place != 0]
     if together:
         band = values[:, together]
-        axes.fill_between(
-            time, band.min(axis=1), band.max(axis=1), color=BAND_COLOUR, alpha=0.22, linewidth=0
-        )
+        axes.fill_between(time, band.min(axis=1), band.max(axis=1), color=BAND_COLOUR, alpha=0.22, linewidth=0)
         axes.plot(time, np.median(band, axis=1), color=BAND_COLOUR, zorder=3, **line)
     for column in alone:
         place = places[column]
         axes.plot(time, values[:, column], color=robot_colour(place), zorder=3.5 if place == 0 else 3, **line)
 
 
-def robot_legend(
-    figure: Figure, recording: Recording, extra: Sequence[Line2D] = (), *, root: bool = True
-) -> None:
+def robot_legend(figure: Figure, recording: Recording, extra: Sequence[Line2D] = (), *, root: bool = True) -> None:
     """Writes the robots' names in their colours, and `extra` handles, in one row below the figure."""
     entries: list[Any] = []
     if root:
@@ -152,9 +148,7 @@ def time_axes(figure: Figure, panels: np.ndarray, recording: Recording) -> None:
             top.spines["top"].set_color("#BBBBBB")
 
 
-def interruption_mark(figure: Figure, recording: Recording) -> None:
+def run_title(figure: Figure, recording: Recording) -> None:
     """Says in the figure's title which run this is, and why it ended if it did not complete."""
     ended = "" if recording.outcome == "completed" else f"  ({recording.outcome})"
-    figure.suptitle(
-        f"{recording.name}{ended}", x=0.01, ha="left", fontsize=11.0, fontweight="bold", color=INK
-    )
+    figure.suptitle(f"{recording.name}{ended}", x=0.01, ha="left", fontsize=11.0, fontweight="bold", color=INK)
