@@ -23,7 +23,7 @@ from nhtrack.arrays import Array, namespace, require_last_axis
 __all__ = [
     "Ad", "Ad_inverse", "Ad_matrix", "act", "ad", "ad_matrix", "ad_transpose", "between", "compose", "exp",
     "hat", "identity", "inverse", "left_jacobian", "log", "matrix", "right_jacobian",
-    "right_jacobian_inverse", "rotate", "vee", "winding_number", "wrap",
+    "right_jacobian_derivative", "right_jacobian_inverse", "rotate", "vee", "winding_number", "wrap",
 ]  # fmt: skip
 
 
@@ -233,7 +233,7 @@ def right_jacobian(X: Array) -> Array:
     q_x, q_y, theta = _columns("X", X)
     half = theta / 2
     s, c = _sinc(xp, theta), xp.sin(half) * _sinc(xp, half)
-    e, f = _theta_minus_sine(xp, theta), _sinc(xp, half) ** 2 / 2
+    e, f = theta * _sine_remainder(xp, theta), _sinc(xp, half) ** 2 / 2
     zero, one = xp.zeros_like(theta), xp.ones_like(theta)
     rows = [
         _stack(xp, s, c, e * q_x - f * q_y),
@@ -258,7 +258,7 @@ def right_jacobian_inverse(X: Array) -> Array:
     q_x, q_y, theta = _columns("X", X)
     half = theta / 2
     a = xp.cos(half) / _sinc(xp, half)
-    e, f = _theta_minus_sine(xp, theta), _sinc(xp, half) ** 2 / 2
+    e, f = theta * _sine_remainder(xp, theta), _sinc(xp, half) ** 2 / 2
     m_x, m_y = e * q_x - f * q_y, f * q_x + e * q_y
     zero, one = xp.zeros_like(theta), xp.ones_like(theta)
     rows = [
@@ -269,15 +269,40 @@ def right_jacobian_inverse(X: Array) -> Array:
     return xp.stack(rows, axis=-2)
 
 
-def _theta_minus_sine(xp: Any, theta: Array) -> Array:
-    """Returns (theta - sin theta)/theta^2, by its Taylor series where the difference would cancel."""
+def right_jacobian_derivative(X: Array, dX: Array) -> Array:
+    """Returns the derivative of J_r(X) in the direction dX, shape (..., 3, 3).
+
+    `d/dt J_r(X(t))` for dX = dX/dt, which accelerations of g = exp(X(t)) need: with s, c, e, f of `right_jacobian`,
+    ds = e - c, dc = s - f, de = f - 2 e/theta and df = sinc(h) (e(h) - c(h))/2 at h = theta/2, per radian of theta.
+    """
+    xp = namespace(X, dX)
+    q_x, q_y, theta = _columns("X", X)
+    dq_x, dq_y, turn = _columns("dX", dX)
+    half = theta / 2
+    s, c = _sinc(xp, theta), xp.sin(half) * _sinc(xp, half)
+    remainder = _sine_remainder(xp, theta)
+    e, f = theta * remainder, _sinc(xp, half) ** 2 / 2
+    ds, dc, de = e - c, s - f, f - 2 * remainder
+    quarter = half / 2
+    df = _sinc(xp, half) * (half * _sine_remainder(xp, half) - xp.sin(quarter) * _sinc(xp, quarter)) / 2
+    zero = xp.zeros_like(theta * turn)
+    rows = [
+        _stack(xp, ds * turn, dc * turn, (de * q_x - df * q_y) * turn + e * dq_x - f * dq_y),
+        _stack(xp, -dc * turn, ds * turn, (df * q_x + de * q_y) * turn + f * dq_x + e * dq_y),
+        _stack(xp, zero, zero, zero),
+    ]
+    return xp.stack(rows, axis=-2)
+
+
+def _sine_remainder(xp: Any, theta: Array) -> Array:
+    """Returns (theta - sin theta)/theta^3, by its Taylor series where the difference would cancel."""
     near = xp.abs(theta) < 1.0
     safe = xp.where(near, xp.ones_like(theta), theta)
-    far_value = (safe - xp.sin(safe)) / (safe * safe)
+    far_value = (safe - xp.sin(safe)) / (safe * safe * safe)
     small = xp.where(near, theta, xp.zeros_like(theta))
     square = small * small
-    # theta/3! - theta^3/5! + ...: what nine terms leave out is 1/21! at |theta| = 1, 1e-19 of the sum
-    series, term = xp.zeros_like(theta), small / 6
+    # 1/3! - theta^2/5! + ...: what nine terms leave out is 1/21! at |theta| = 1, 1e-19 of the sum
+    series, term = xp.zeros_like(theta), xp.full_like(theta, 1 / 6)
     for k in range(4, 22, 2):
         series = series + term
         term = -term * square / (k * (k + 1))
