@@ -43,3 +43,12 @@ ROUNDED_SUM = 16 * EPS
 
 # A robot read where its file places it, metres from the origin: EPS of that distance, squared in the inertia.
 READING = 1e-13
+
+# -- MuJoCo against the reduced model --------------------------------------------------------------
+
+# MuJoCo's composite inertia and recursive Newton-Euler round some fifty times per robot; the budget of the issue.
+MASS_MATRIX = 1e-12
+
+# Wheel loads leave out the products of inertia: I_xz omega^2 = 1.3e-3 N m at 10 rad/s, on a lever of 48 mm, is 0.2 %
+# of the weight on each wheel of nh_mini. Share of the weight.
+PRODUCTS_OF_INERTIA = 0.003

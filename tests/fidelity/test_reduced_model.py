@@ -1,0 +1,146 @@
+"""The reduced model against MuJoCo's own mass matrix and inverse dynamics, for every bundled robot.
+
+S maps (v, omega) to MuJoCo's velocities under no slip. No contact is involved: MuJoCo's recursive Newton-Euler
+gives the forces that a prescribed motion takes, to rounding.
+"""
+
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+import pytest
+
+from nhtrack import assets
+from nhtrack.diffdrive import DiffDrive
+from nhtrack.simulation.scene import Scene, SceneSpec, make_scene
+from tolerances import MASS_MATRIX, PRODUCTS_OF_INERTIA
+
+MOTIONS = tuple(np.random.default_rng(2024).uniform(-1, 1, (12, 5)) * (np.pi, 1.2, 10, 4, 30))
+"""Twelve motions (theta [rad], v [m/s], omega [rad/s], u_x [m/s^2], u_theta [rad/s^2])."""
+
+
+@dataclass(frozen=True)
+class Motion:
+    """A robot alone on a floor, rolling without slip."""
+
+    scene: Scene
+    theta: float
+    v: float
+    omega: float
+    u_x: float
+    u_theta: float
+
+    @property
+    def drive(self) -> DiffDrive:
+        return self.scene.drive
+
+    @property
+    def reduced(self) -> tuple[np.ndarray, ...]:
+        return tuple(np.array(value) for value in (self.v, self.omega, self.u_x, self.u_theta))
+
+    @property
+    def S(self) -> np.ndarray:
+        """Columns of velocities for v = 1 and for omega = 1, shape (nv, 2)."""
+        pose = np.array([[0, 0, self.theta]])
+        return np.stack(
+            [self.scene.qvel_of(pose, np.array([unit])) for unit in ((1, 0, 0), (0, 0, 1))], axis=-1
+        )
+
+    def at_this_motion(self) -> mujoco.MjData:
+        data = mujoco.MjData(self.scene.model)
+        data.qpos = self.scene.qpos_of(np.array([[0, 0, self.theta]]), np.array([[0.7, -1.9]]))
+        data.qvel = self.S @ (self.v, self.omega)
+        mujoco.mj_fwdPosition(self.scene.model, data)
+        mujoco.mj_fwdVelocity(self.scene.model, data)
+        return data
+
+    def mass_matrix(self) -> np.ndarray:
+        M = np.zeros((self.scene.model.nv,) * 2)
+        mujoco.mj_fullM(self.scene.model, self.at_this_motion(), M)
+        return M
+
+    def forces(self) -> np.ndarray:
+        """Generalised forces [N, N m] of `M qacc + bias`, gravity included, shape (nv,)."""
+        data = self.at_this_motion()
+        at, rate = self.scene.addresses, self.v * self.omega
+        data.qacc = self.S @ (self.u_x, self.u_theta)
+        data.qacc[at.root_qvel] += -rate * np.sin(self.theta)  # d/dt of S
+        data.qacc[at.root_qvel + 1] += rate * np.cos(self.theta)
+        forces = np.empty(self.scene.model.nv)
+        mujoco.mj_rne(self.scene.model, data, 1, forces)
+        return forces
+
+    def external_wrench(self) -> np.ndarray:
+        """Force [N] and moment [N m] on the whole robot at the axle midpoint, body frame, shape (6,)."""
+        root = self.scene.addresses.root_qvel[0]
+        wrench = self.forces()[root : root + 6]
+        c, s = np.cos(self.theta), np.sin(self.theta)
+        wrench[:2] = c * wrench[0] + s * wrench[1], c * wrench[1] - s * wrench[0]
+        return wrench
+
+
+@pytest.fixture(scope="module", params=assets.robots())
+def scene(request: pytest.FixtureRequest) -> Scene:
+    return make_scene(SceneSpec(("robot",), request.param))
+
+
+@pytest.fixture(params=range(len(MOTIONS)))
+def motion(scene: Scene, request: pytest.FixtureRequest) -> Motion:
+    return Motion(scene, *MOTIONS[request.param])
+
+
+def assert_close(found: np.ndarray, expected: np.ndarray, size: float) -> None:
+    """Asserts equality relative to the size of what is compared."""
+    np.testing.assert_allclose(found, expected, rtol=0, atol=MASS_MATRIX * size)
+
+
+def test_mass_matrix(motion: Motion) -> None:
+    found = motion.S.T @ motion.mass_matrix() @ motion.S
+    expected = motion.drive.mass_matrix
+    scale = np.sqrt(np.outer(np.diag(expected), np.diag(expected)))
+    assert_close(found / scale, expected / scale, 1.0)
+
+
+def test_ground_wrench_with_its_coriolis_terms(motion: Motion) -> None:
+    wrench = motion.external_wrench()
+    expected = np.array(motion.drive.ground_wrench(*motion.reduced))
+    weight = motion.drive.mass * 9.81
+    assert_close(wrench[:2], expected[:2], weight)
+    assert_close(wrench[5], expected[2], weight * motion.drive.half_separation)
+
+
+def test_wheel_torques_do_the_virtual_work(motion: Motion) -> None:
+    """Projected on the motions the wheels allow, contact does no work: the motors supply it all."""
+    left, right = motion.drive.wheel_torques(*motion.reduced)
+    r, b = motion.drive.wheel_radius, motion.drive.half_separation
+    force, moment = (left + right) / r, (right - left) * b / r
+    weight = motion.drive.mass * 9.81
+    work = motion.S.T @ motion.forces()
+    assert_close(work[0], force, weight)
+    assert_close(work[1], moment, weight * b)
+
+
+def loads(drive: DiffDrive, vertical: float, roll: float, pitch: float) -> np.ndarray:
+    """Loads [N] of left, right and caster that give a vertical force and moments about the axle's ground point."""
+    assert len(drive.casters) == 1
+    feet = np.array([(0, drive.half_separation), (0, -drive.half_separation), *drive.casters])
+    return np.linalg.solve(np.vstack([np.ones(3), feet[:, 1], -feet[:, 0]]), [vertical, roll, pitch])
+
+
+def test_wheel_loads(motion: Motion) -> None:
+    """Exact but for the whole robot's products of inertia I_xz and I_yz about its CoM, which are small."""
+    wrench, drive = motion.external_wrench(), motion.drive
+    # Friction acts a wheel radius below the axle midpoint, at which MuJoCo's moments are taken.
+    roll, pitch = wrench[3] - drive.wheel_radius * wrench[1], wrench[4] + drive.wheel_radius * wrench[0]
+    found = drive.wheel_loads(*motion.reduced)
+    np.testing.assert_allclose(
+        found, loads(drive, wrench[2], roll, pitch)[:2], rtol=0, atol=PRODUCTS_OF_INERTIA * wrench[2]
+    )
+    root = motion.scene.addresses.root_qvel[0]
+    across = motion.mass_matrix()[root + 3 : root + 5, root + 5]  # about the axle midpoint
+    above = drive.com[2] - drive.wheel_radius
+    I_xz, I_yz = across + drive.mass * above * np.array(drive.com[:2])
+    roll -= I_xz * motion.u_theta - I_yz * motion.omega**2
+    pitch -= I_yz * motion.u_theta + I_xz * motion.omega**2
+    # 100: levers as short as 1 cm turn moments into loads.
+    assert_close(found, loads(drive, wrench[2], roll, pitch)[:2], 100 * wrench[2])
