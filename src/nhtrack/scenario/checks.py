@@ -86,13 +86,16 @@ class _Clock:
 
 def _positive(value: Any) -> float | None:
     """Returns a positive finite number as a float, anything else as None."""
+    return float(value) if _is_finite(value) and value > 0 else None
+
+
+def _is_finite(value: Any) -> bool:
     if not isinstance(value, (int, float)) or isinstance(value, bool):
-        return None
+        return False
     try:
-        number = float(value)
-    except OverflowError:
-        return None
-    return number if math.isfinite(number) and number > 0 else None
+        return math.isfinite(value)
+    except OverflowError:  # a whole number beyond the largest double
+        return False
 
 
 def _clock_findings(clock: _Clock) -> Iterator[Finding]:
@@ -232,8 +235,8 @@ def _signal(value: Any) -> Signal | None:
 def _table_findings(given: Mapping[str, Any], times: np.ndarray | None) -> Iterator[Finding]:
     """Yields faults of a table: columns that do not match, times out of order, rows missing at either end."""
     columns = [lookup(given, ("table", name)) for name in ("t", "u_x", "u_theta")]
-    if not all(isinstance(c, list) and c and all(isinstance(x, (int, float)) for x in c) for c in columns):
-        return
+    if not all(isinstance(column, list) and column and all(map(_is_finite, column)) for column in columns):
+        return  # the schema's fault to report
     t, at = columns[0], (*_INPUT, "table")
     try:
         for values in columns[1:]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import math
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -39,6 +40,9 @@ def _cell(path: Path, line: int, name: str, row: Sequence[str], index: int) -> f
     if index >= len(row):
         raise ValueError(f"{path.name} line {line}: no value for {name}")
     try:
-        return float(row[index])
+        value = float(row[index])
     except ValueError:
-        raise ValueError(f"{path.name} line {line}: {name} must be a number, got {row[index]!r}") from None
+        value = math.nan
+    if not math.isfinite(value):
+        raise ValueError(f"{path.name} line {line}: {name} must be a finite number, got {row[index]!r}")
+    return value

@@ -1,0 +1,196 @@
+"""Commands from the outside: what they print and write, and their exit codes."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+from types import ModuleType, SimpleNamespace
+from typing import Any
+
+import pytest
+from typer.testing import CliRunner, Result
+
+import nhtrack
+from nhtrack import assets
+from nhtrack.cli import app
+from nhtrack.errors import RobotError, SimulationDiverged
+from nhtrack.recording import Recording
+from nhtrack.scenario.load import load
+
+
+def invoke(*arguments: object) -> Result:
+    return CliRunner().invoke(app, [str(argument) for argument in arguments])
+
+
+@pytest.fixture(autouse=True)
+def _in_a_folder_of_its_own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+
+
+# -- start-up --------------------------------------------------------------------------------------
+
+PROBE = """
+import sys
+import nhtrack.cli
+heavy = {"mujoco", "dm_control", "xarray", "matplotlib", "scipy", "networkx", "pydantic", "numpy", "imageio"}
+print(sorted(heavy & {name.split(".")[0] for name in sys.modules}))
+"""
+
+
+def test_the_command_line_imports_nothing_heavy() -> None:
+    done = subprocess.run([sys.executable, "-c", PROBE], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
+
+
+def test_the_package_lends_its_names_when_asked() -> None:
+    assert nhtrack.load is load
+    assert nhtrack.Recording is Recording
+    assert {"load", "run", "Recording", "Scenario", "__version__"} <= set(dir(nhtrack))
+    with pytest.raises(AttributeError, match="no attribute 'laod'; it has Recording, Scenario"):
+        nhtrack.laod  # noqa: B018
+
+
+def test_version_and_help() -> None:
+    assert invoke("--version").stdout == f"nhtrack {nhtrack.__version__}\n"
+    listed = invoke("--help").stdout
+    for command in ("run", "validate", "schema", "init", "render", "list", "doctor"):
+        assert f" {command} " in listed
+        assert invoke(command, "--help").exit_code == 0
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ("rum",),
+        ("run",),
+        ("run", "tour/hello", "--sed", "3"),
+        ("run", "tour/hello", "--seed", "x"),
+        ("run", "tour/hello", "--backend", "gazebo"),
+        ("run", "tour/hello", "--set", "law.kp"),
+        ("run", "tour/hello", "--seed", "-1"),
+        ("render", "x.nc", "--size", "641x480"),
+        ("render", "x.nc", "--size", "big"),
+        ("render", "x.nc", "--speed", "0"),
+        ("validate",),
+    ],
+)
+def test_a_wrong_command_line_exits_2(arguments: tuple[str, ...], tmp_path: Path) -> None:
+    result = invoke(*arguments)
+    assert result.exit_code == 2
+    assert result.stderr
+    assert "Traceback" not in result.output
+    assert list(tmp_path.iterdir()) == []
+
+
+# -- files -----------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", assets.bundled_scenarios())
+def test_bundled_scenarios_are_valid_by_name_and_by_file(name: str) -> None:
+    assert invoke("validate", name).stdout.startswith(f"{name}: ok (1 follower, ")
+    assert invoke("validate", assets.find_scenario(name)).exit_code == 0
+
+
+def test_schema_prints_and_writes_the_same(tmp_path: Path) -> None:
+    printed = json.loads(invoke("schema").stdout)
+    assert printed["title"] == "Scenario"
+    assert printed["$schema"].endswith("2020-12/schema")
+    assert invoke("schema", "--out", "schema.json").exit_code == 0
+    assert json.loads((tmp_path / "schema.json").read_text()) == printed
+
+
+def test_init_writes_a_scenario_that_runs_under_its_own_name(tmp_path: Path) -> None:
+    result = invoke("init", "mine.yaml")
+    assert result.exit_code == 0
+    assert "nhtrack run mine.yaml" in result.stdout
+    assert load("mine.yaml").name == "mine"
+    assert load("mine.yaml").law == load("tour/hello").law
+    assert (tmp_path / "mine.yaml").read_text().count("#") > 10
+
+
+def test_init_never_replaces_a_file_unless_told(tmp_path: Path) -> None:
+    (tmp_path / "scenario.yaml").write_text("precious")
+    result = invoke("init")
+    assert result.exit_code == 1
+    assert "scenario.yaml exists" in result.stderr
+    assert (tmp_path / "scenario.yaml").read_text() == "precious"
+    assert invoke("init", "--force").exit_code == 0
+    assert load("scenario.yaml").name == "scenario"
+    assert [path.name for path in tmp_path.iterdir()] == ["scenario.yaml"]
+
+
+def test_a_place_that_cannot_be_written_is_one_line(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    result = invoke("init", "file/scenario.yaml")
+    assert result.exit_code == 1
+    assert result.stderr.startswith("error: ")
+    assert len(result.stderr.splitlines()) == 1
+
+
+def test_list_names_everything_there_is() -> None:
+    listed = invoke("list").stdout
+    for name in (*assets.bundled_scenarios(), *assets.robots()):
+        assert name in listed
+    assert "Paper, Example 1" in listed
+
+
+# -- run and its exit codes ------------------------------------------------------------------------
+
+
+class Runs:
+    """Stands in for `nhtrack.study.run`: remembers what it was asked, and ends as it is told."""
+
+    def __init__(self, ending: BaseException) -> None:
+        self.ending, self.calls = ending, list[tuple[Any, ...]]()
+
+    def run_scenario(self, scenario: Any, out: Path | None, **options: Any) -> None:
+        self.calls.append((scenario, out, options))
+        raise self.ending
+
+
+@pytest.mark.parametrize(
+    ("ending", "code", "message"),
+    [
+        (SimulationDiverged("fell over", "follower", 1.25), 3, "diverged: fell over: robot 'follower' at t = 1.250 s"),
+        (RobotError("no wheels"), 1, "error: no wheels"),
+        (KeyboardInterrupt(), 130, "interrupted"),
+        (PermissionError(13, "Permission denied", "runs"), 1, "error: [Errno 13] Permission denied: 'runs'"),
+    ],
+)
+def test_errors_become_exit_codes(
+    ending: BaseException, code: int, message: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    study = ModuleType("nhtrack.study.run")
+    study.run_scenario = Runs(ending).run_scenario  # type: ignore[attr-defined]
+    monkeypatch.setitem(sys.modules, "nhtrack.study.run", study)
+    result = invoke("run", "tour/hello")
+    assert result.exit_code == code
+    assert result.stderr.strip().startswith(message)
+    assert "Traceback" not in result.output
+
+
+def test_run_passes_on_what_it_was_asked(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    runs = Runs(RobotError("stop"))
+    monkeypatch.setitem(sys.modules, "nhtrack.study.run", SimpleNamespace(run_scenario=runs.run_scenario))
+    options = ["--no-video", "--no-figures", "--force", "--out", "there", "--seed", "7", "--backend", "ideal"]
+    invoke("run", "tour/hello", *options, "--set", "law.kp=3", "--set", "physics.friction=0.5")
+    ((scenario, out, asked),) = runs.calls
+    assert (scenario.seed, scenario.backend, scenario.law.kp, scenario.physics.friction) == (7, "ideal", 3.0, 0.5)
+    assert out == Path("there")
+    assert (asked["overwrite"], asked["figures"], asked["video"]) == (True, False, False)
+
+
+@pytest.mark.slow
+def test_a_run_leaves_a_recording_that_reproduces_it(tmp_path: Path) -> None:
+    short = ["--no-video", "--no-figures", "--set", "duration=0.5"]
+    first = invoke("run", "tour/hello", *short)
+    assert first.exit_code == 0, first.output
+    assert "wrote runs/hello-1/recording.nc" in first.stdout
+    assert invoke("run", "runs/hello-1/recording.nc", "--no-video", "--no-figures").exit_code == 0
+    one, two = (Recording.load(f"runs/hello-{n}/recording.nc") for n in (1, 2))
+    assert one.dataset.identical(two.dataset)
+    again = invoke("run", "tour/hello", *short, "--out", "runs/hello-1")
+    assert again.exit_code == 1
+    assert "--force" in again.stderr

@@ -1,0 +1,76 @@
+"""Every bad file of the corpus: exit code 2, one line per fault with its place and key, no traceback, nothing written.
+
+`corpus/<name>.expected` holds one line per fault: `line:column key | part of the message`; 0:0 means the whole file.
+"""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from nhtrack.cli import app
+
+CORPUS = Path(__file__).parent / "corpus"
+NAMES = sorted(path.stem for path in CORPUS.glob("*.yaml"))
+
+
+def expected_faults(name: str) -> list[tuple[str, str]]:
+    """Returns what each line of the answer begins with and what it says."""
+    faults = []
+    for line in (CORPUS / f"{name}.expected").read_text().splitlines():
+        place, message = line.split("| ", 1)
+        position, _, key = place.strip().partition(" ")
+        where = f"{name}.yaml" if position == "0:0" else f"{name}.yaml:{position}"
+        faults.append((f"{where}: {key}: " if key else f"{where}: ", message))
+    return faults
+
+
+def assert_told(name: str, stderr: str) -> None:
+    lines = stderr.splitlines()
+    expected = expected_faults(name)
+    for begin, message in expected:
+        assert any(line.startswith(begin) and message in line for line in lines), f"{begin}{message}\nin:\n{stderr}"
+    assert len(lines) == len(expected), stderr
+
+
+def test_every_file_of_the_corpus_is_tried() -> None:
+    assert len(NAMES) >= 40
+    assert {path.stem for path in CORPUS.glob("*.expected")} == set(NAMES)
+
+
+@pytest.mark.parametrize("command", ["validate", "run"])
+@pytest.mark.parametrize("name", NAMES)
+def test_faults_are_told_line_by_line(name: str, command: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    for path in CORPUS.iterdir():
+        (tmp_path / path.name).symlink_to(path)
+    before = set(tmp_path.iterdir())
+    monkeypatch.chdir(tmp_path)
+    result = CliRunner().invoke(app, [command, f"{name}.yaml"])
+    assert result.exit_code == 2
+    assert result.stdout == ""
+    assert_told(name, result.stderr)
+    assert set(tmp_path.iterdir()) == before
+
+
+@pytest.mark.parametrize("name", ["everything_at_once", "not_utf8"])
+def test_the_installed_command_says_the_same(name: str, tmp_path: Path) -> None:
+    (tmp_path / f"{name}.yaml").symlink_to(CORPUS / f"{name}.yaml")
+    command = [sys.executable, "-m", "nhtrack.cli", "run", f"{name}.yaml"]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False, env=dict(os.environ))
+    assert done.returncode == 2
+    assert done.stdout == ""
+    assert_told(name, done.stderr)
+    assert [path.name for path in tmp_path.iterdir()] == [f"{name}.yaml"]
+
+
+def test_several_files_are_judged_together(tmp_path: Path) -> None:
+    result = CliRunner().invoke(app, ["validate", str(CORPUS / "nan.yaml"), "tour/hello", str(tmp_path / "none.yaml")])
+    assert result.exit_code == 2
+    assert result.stdout == "tour/hello: ok (1 follower, 24 s on the robot's clock, published law)\n"
+    assert len(result.stderr.splitlines()) == 3
+    assert "none.yaml: no such file" in result.stderr

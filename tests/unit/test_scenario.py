@@ -1,0 +1,325 @@
+"""Scenario files: what a valid one becomes, overrides, round trips, and how faults are placed and told."""
+
+from __future__ import annotations
+
+import copy
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from pydantic import ValidationError
+
+from nhtrack import assets
+from nhtrack.errors import ScenarioError
+from nhtrack.scenario.documentation import COMMAND, json_schema, reference_page
+from nhtrack.scenario.load import apply_overrides, load, load_text, load_tree
+from nhtrack.scenario.schema import PublishedLaw, Scenario, Segment, SignalInput, TableInput
+from nhtrack.scenario.tree import dotted, lookup, parse_path, parse_yaml
+
+MINIMAL = """
+name: case
+duration: 10
+leader:
+  start: {pose: [0, 0, 0]}
+  input: {u_x: 0.1, u_theta: "0.2*cos(t)"}
+followers:
+  - {name: follower, parents: [leader], start: {pose: [-1, 0, 0]}}
+law: {name: published, kp: 4, kd: 6, ke: 1, k: 5}
+"""
+
+
+def minimal_tree() -> dict[str, Any]:
+    tree: dict[str, Any] = parse_yaml(MINIMAL).tree
+    return tree
+
+
+def faults_of(text: str, **options: Any) -> list[str]:
+    with pytest.raises(ScenarioError) as caught:
+        load_text(text, source="case.yaml", **options)
+    return str(caught.value).splitlines()
+
+
+# -- what a file becomes ---------------------------------------------------------------------------
+
+
+def test_defaults_fill_what_a_file_leaves_out() -> None:
+    scenario = load_text(MINIMAL)
+    assert (scenario.backend, scenario.robot, scenario.seed, scenario.control_rate) == ("mujoco", "nh_mini", 0, 100)
+    assert (scenario.similarity.length, scenario.similarity.time) == (1, 1)
+    assert scenario.physics.contact.model == "stiff"
+    assert scenario.physics.contact.rate_correction
+    assert not scenario.physics.robot_contact
+    assert scenario.followers[0].start.twist == (0, 0)
+    assert isinstance(scenario.law, PublishedLaw)
+    assert (scenario.law.hysteresis, scenario.law.dead_zone.length, scenario.law.dead_zone.speed) == (0.25, 1e-6, 1e-3)
+    assert scenario.video.size == (640, 480)
+    assert scenario.parents == {"leader": (), "follower": ("leader",)}
+    assert scenario.periods == 1000
+
+
+def test_a_scenario_is_frozen() -> None:
+    scenario = load_text(MINIMAL)
+    with pytest.raises(ValidationError, match="frozen"):
+        scenario.duration = 3.0  # type: ignore[misc]
+
+
+@pytest.mark.parametrize("name", assets.bundled_scenarios())
+def test_every_bundled_scenario_loads_says_what_it_is_and_comes_back_from_json(name: str) -> None:
+    scenario = load(name)
+    assert scenario.description
+    dumped = scenario.model_dump(mode="json")
+    assert load_tree(dumped) == scenario
+    assert load_text(json.dumps(dumped)) == scenario
+
+
+@pytest.mark.parametrize("name", [name for name in assets.bundled_scenarios() if name.startswith("paper/")])
+def test_the_paper_s_followers_start_one_to_three_metres_away_on_the_table(name: str) -> None:
+    scenario = load(name)
+    leader, follower = scenario.leader.start.pose, scenario.followers[0].start.pose
+    assert 1 <= scenario.similarity.length * math.dist(leader[:2], follower[:2]) <= 3
+
+
+@pytest.mark.parametrize("name", assets.bundled_scenarios())
+def test_bundled_gains_lie_above_the_bounds(name: str) -> None:
+    law = load(name).law
+    assert isinstance(law, PublishedLaw)
+    assert law.k > 2 * (1 + law.ke / law.kp)
+    assert law.kd >= 2 * math.sqrt(law.kp)
+
+
+def test_segments_and_formulas_are_kept_as_written() -> None:
+    text = MINIMAL.replace("u_x: 0.1", "u_x: [{until: 3, value: 0.5}, {value: sin(t)}]")
+    given_input = load_text(text).leader.input
+    assert isinstance(given_input, SignalInput)
+    assert given_input.u_x == (Segment(until=3.0, value=0.5), Segment(value="sin(t)"))
+    assert given_input.u_theta == "0.2*cos(t)"
+
+
+def test_numbers_are_yaml_1_2() -> None:
+    assert load_text(MINIMAL.replace("duration: 10", "duration: 1e1")).duration == 10.0
+    assert load_text(MINIMAL.replace("name: case", "name: no")).name == "no"
+
+
+def test_a_byte_order_mark_is_skipped(tmp_path: Path) -> None:
+    path = tmp_path / "case.yaml"
+    path.write_bytes(b"\xef\xbb\xbf" + MINIMAL.encode())
+    assert load(path).name == "case"
+
+
+# -- files a scenario names ------------------------------------------------------------------------
+
+
+def test_a_csv_is_found_beside_the_scenario_and_kept_in_it(tmp_path: Path) -> None:
+    (tmp_path / "u.csv").write_text("u_theta, t, note, u_x\n0.0, 0, start, 1\n0.5, 2, , -1\n\n")
+    text = MINIMAL.replace('{u_x: 0.1, u_theta: "0.2*cos(t)"}', "{csv: u.csv}")
+    path = tmp_path / "case.yaml"
+    path.write_text(text)
+    scenario = load(path)
+    assert isinstance(scenario.leader.input, TableInput)
+    assert scenario.leader.input.table.model_dump() == {"t": (0.0, 2.0), "u_x": (1.0, -1.0), "u_theta": (0.0, 0.5)}
+    (tmp_path / "u.csv").unlink()
+    assert load_tree(scenario.model_dump(mode="json")) == scenario
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("t,u_x\n0,1\n", "u.csv line 1: expected the columns t, u_x, u_theta, got t, u_x"),
+        ("", "got nothing"),
+        ("t,u_x,u_theta\n", "no rows under the header"),
+        ("t,u_x,u_theta\n0,1\n", "u.csv line 2: no value for u_theta"),
+        ("t,u_x,u_theta\n0,1,x\n", "u.csv line 2: u_theta must be a finite number, got 'x'"),
+        ("t,u_x,u_theta\n0,1,nan\n", "u.csv line 2: u_theta must be a finite number, got 'nan'"),
+        ("t,u_x,u_theta\n0,1,1\n0,1,1\n", "must increase, got 0 before 0"),
+        ("t,u_x,u_theta\n1,1,1\n20,1,1\n", "the first row is at t = 1; a table starts at 0 or before"),
+        ("t,u_x,u_theta\n0,1,1\n5,1,1\n", "the last row is at t = 5 but the input is asked until t = 9.995"),
+    ],
+)
+def test_a_bad_csv_is_a_fault_of_the_key(tmp_path: Path, text: str, message: str) -> None:
+    (tmp_path / "u.csv").write_text(text)
+    scenario = MINIMAL.replace('{u_x: 0.1, u_theta: "0.2*cos(t)"}', "{csv: u.csv, interpolation: linear}")
+    (line,) = faults_of(scenario, directory=tmp_path)
+    assert line.startswith("case.yaml:6:")
+    assert message in line
+
+
+def test_a_robot_file_is_found_beside_the_scenario(tmp_path: Path) -> None:
+    (tmp_path / "mine.xml").write_text(assets.find_robot("nh_mini").read_text())
+    scenario = load_text(MINIMAL + "robot: mine.xml\n", directory=tmp_path)
+    assert scenario.robot == str(tmp_path / "mine.xml")
+    assert load_tree(scenario.model_dump(mode="json")) == scenario
+
+
+# -- overrides -------------------------------------------------------------------------------------
+
+
+def test_overrides_change_and_add_keys_without_touching_the_tree() -> None:
+    tree = minimal_tree()
+    before = copy.deepcopy(tree)
+    overrides = ["law.kp=3", "followers[0].start.pose=[1, 2, 0]", "physics.contact.rate_correction=false", "robot=a b"]
+    changed = apply_overrides(tree, overrides)
+    assert tree == before
+    assert changed["law"]["kp"] == 3
+    assert changed["followers"][0]["start"]["pose"] == [1, 2, 0]
+    assert changed["physics"] == {"contact": {"rate_correction": False}}
+    assert changed["robot"] == "a b"
+
+
+def leaves(tree: Any, path: tuple[str | int, ...] = ()) -> list[tuple[str | int, ...]]:
+    if isinstance(tree, dict):
+        return [leaf for key, value in tree.items() for leaf in leaves(value, (*path, key))]
+    if isinstance(tree, list):
+        return [leaf for i, value in enumerate(tree) for leaf in leaves(value, (*path, i))]
+    return [path]
+
+
+@given(st.data())
+def test_an_override_changes_one_leaf_and_nothing_else(data: st.DataObject) -> None:
+    tree = minimal_tree()
+    path = data.draw(st.sampled_from(leaves(tree)))
+    value = data.draw(
+        st.one_of(
+            st.booleans(), st.integers(), st.floats(allow_nan=False, allow_infinity=False), st.text("abc", min_size=1)
+        )
+    )
+    changed = apply_overrides(tree, [f"{dotted(path)}={json.dumps(value)}"])
+    assert lookup(changed, path) == value
+    for other in leaves(tree):
+        if other != path:
+            assert lookup(changed, other) == lookup(tree, other)
+
+
+@given(st.lists(st.one_of(st.text("abcxyz_", min_size=1), st.integers(0, 99)), min_size=1).map(lambda p: ["root", *p]))
+def test_paths_are_read_as_they_are_written(path: list[str | int]) -> None:
+    assert parse_path(dotted(path)) == tuple(path)
+
+
+@pytest.mark.parametrize(
+    ("override", "message"),
+    [
+        ("law.kp", "expected key.path=value"),
+        ("=3", "expected a key such as law.kp"),
+        ("law..kp=3", "expected a key such as law.kp"),
+        ("followers[1].name=a", "followers has 1 items"),
+        ("followers.name=a", "followers is not a section with keys"),
+        ("law[0]=a", "law is not a list"),
+        ("law.kp=[1", "is not a YAML value"),
+    ],
+)
+def test_an_override_that_fits_nowhere_says_why(override: str, message: str) -> None:
+    with pytest.raises(ScenarioError) as caught:
+        apply_overrides(minimal_tree(), ["seed=1", override])
+    (line,) = str(caught.value).splitlines()
+    assert line.startswith(f"command line: --set {override}: ")
+    assert message in line
+
+
+def test_a_fault_the_command_line_brought_points_there() -> None:
+    assert faults_of(MINIMAL, overrides=["law.kp=four", "law.kq=1"]) == [
+        "case.yaml: law.kp: expected a number, got the text 'four' (from --set law.kp=four)",
+        "case.yaml: law.kq: unknown key; did you mean 'k'? available: kp, kd, k, hysteresis, dead_zone, name, variant, "
+        "ke (from --set law.kq=1)",
+    ]
+
+
+def test_an_override_mends_a_file() -> None:
+    broken = MINIMAL.replace("duration: 10", "duration: -1")
+    assert load_text(broken, overrides=["duration=2"]).duration == 2.0
+
+
+# -- faults ----------------------------------------------------------------------------------------
+
+
+def test_checks_between_keys_run_in_spite_of_other_faults() -> None:
+    text = MINIMAL.replace("kp: 4", "kp: x").replace("[leader]", "[leeder]") + "control_rate: 300\nphysics: {}\n"
+    keys = [line.split(": ")[1] for line in faults_of(text)]
+    assert keys == ["followers[0].parents[0]", "law.kp", "control_rate"]
+
+
+def test_a_misspelt_name_of_a_robot_does_not_blame_those_who_track_it() -> None:
+    text = MINIMAL.replace("law:", "  - {nam: b, parents: [c], start: {pose: [0, 0, 0]}}\nlaw:")
+    assert not any("no robot" in line for line in faults_of(text))
+
+
+@pytest.mark.parametrize("rate", [100, 1000, 500, 62.5, 1000 / 3, 1e-3])
+def test_rates_that_divide(rate: float) -> None:
+    tree = apply_overrides(minimal_tree(), [f"control_rate={rate!r}", "duration=2000", "leader.input.u_theta=0"])
+    assert load_tree(tree).control_rate == rate
+
+
+def test_a_timestep_that_is_no_decimal_divides_too() -> None:
+    tree = minimal_tree() | {"control_rate": 60, "physics": {"timestep": 1 / 480}}
+    assert load_tree(tree).periods == 600
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "[" * 5000,
+        "a: " * 3000,
+        "duration: " + "1" * 400,
+        "duration: " + "1" * 5000,
+        "? [a, b]\n: 1",
+        "a: *b",
+        "--- 1\n--- 2",
+    ],
+)
+def test_hostile_text_ends_in_faults(text: str) -> None:
+    assert faults_of(text)
+
+
+WORDS = [*Scenario.model_fields, "start", "pose", "input", "u_x", "parents", "csv", "table"]
+anything = st.recursive(
+    st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=5),
+    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.sampled_from(WORDS), inner),
+    max_leaves=12,
+)
+
+
+@given(st.sampled_from(["leader", "followers", "similarity", "physics", "duration", "control_rate", "robot"]), anything)
+def test_nothing_that_a_key_may_hold_brings_down_a_check(key: str, value: Any) -> None:
+    with pytest.raises(ScenarioError):
+        load_tree(minimal_tree() | {key: value, "law": {"name": "none"}})
+
+
+def test_a_missing_file_offers_bundled_names() -> None:
+    with pytest.raises(ScenarioError, match=r"^paper/exmple1: no such file.*did you mean 'paper/example1'\?"):
+        load("paper/exmple1")
+
+
+def test_a_directory_is_not_a_scenario(tmp_path: Path) -> None:
+    with pytest.raises(ScenarioError, match="this is a directory"):
+        load(tmp_path)
+
+
+# -- the schema ------------------------------------------------------------------------------------
+
+
+def sections() -> list[tuple[str, dict[str, Any]]]:
+    schema = json_schema()
+    return [("Scenario", schema), *schema["$defs"].items()]
+
+
+@pytest.mark.parametrize(("name", "section"), sections(), ids=[name for name, _ in sections()])
+def test_every_key_is_described_and_unknown_keys_are_refused(name: str, section: dict[str, Any]) -> None:
+    assert section["additionalProperties"] is False
+    assert len(section["description"]) > 10
+    for key, value in section["properties"].items():
+        assert len(value.get("description", "")) > 10, f"{name}.{key}"
+
+
+def test_physical_numbers_name_their_unit() -> None:
+    for name, section in sections():
+        for key, value in section["properties"].items():
+            forms = [value, *value.get("anyOf", []), *value.get("oneOf", [])]
+            if key not in ("value",) and any(form.get("type") in ("number", "integer") for form in forms):
+                assert "[" in value["description"], f"{name}.{key} has no unit"
+
+
+def test_the_reference_page_is_current() -> None:
+    page = Path(__file__).parents[2] / "docs" / "scenario.md"
+    assert page.read_text(encoding="utf-8") == reference_page(), f"run: {COMMAND}"
