@@ -124,11 +124,12 @@ def test_a_last_segment_without_end_holds_for_ever() -> None:
 
 @given(st.integers(1, 50), st.sampled_from([0.01, 0.0025, 0.1, 1 / 300, 0.007]))
 def test_equal_pieces_last_equally_many_periods(count: int, step: float) -> None:
-    """Ends that are control instants up to rounding: speeding up and braking cancel exactly."""
+    """Ends and rows that are control instants up to rounding: speeding up and braking cancel exactly."""
     end = count * step
-    instants = np.arange(3 * count) * step
-    held = make_segments([(end, 1.0), (2 * end, -1.0)])(instants)
-    assert held.tolist() == [1.0] * count + [-1.0] * count + [0.0] * count
+    instants = np.concatenate([[0.0], np.cumsum(np.full(3 * count - 1, step))])  # each sum rounds
+    expected = [1.0] * count + [-1.0] * count + [0.0] * count
+    assert make_segments([(end, 1.0), (2 * end, -1.0)])(instants).tolist() == expected
+    assert Table((0.0, end, 2 * end), (1.0, -1.0, 0.0), "previous")(instants).tolist() == expected
 
 
 @pytest.mark.parametrize("ends", [(2.0, 1.0), (1.0, 1.0), (0.0,), (-1.0, 1.0), (math.nan,)])
