@@ -52,3 +52,35 @@ MASS_MATRIX = 1e-12
 # Wheel loads leave out the products of inertia: I_xz omega^2 = 1.3e-3 N m at 10 rad/s, on a lever of 48 mm, is 0.2 %
 # of the weight on each wheel of nh_mini. Share of the weight.
 PRODUCTS_OF_INERTIA = 0.003
+
+# -- laws ------------------------------------------------------------------------------------------
+
+# A law against itself or against matrices: some thirty rounded operations, times the condition that the test works out.
+LAW = 64 * EPS
+
+# scipy's logm is the side that rounds: inverse scaling and squaring, near its branch cut at |theta| = pi.
+LOGM = 1e-10
+
+# DOP853 at rtol 1e-10 over 40 s of a stable system, errors of order 1 to 10.
+ODE = 1e-7
+
+# e^(-t/2) at t = 40 is 2e-9; the translation carries a factor t and the size of its start.
+SETTLED = 1e-6
+
+# What counts as having reached the leader: 1 cm and 0.01 rad at starts 10 m away.
+CONVERGED = 1e-2
+
+# -- MuJoCo against the ideal robot, open loop, 1 ms, 10 s -----------------------------------------
+
+# Budgets set before the code was written; measured 3.9e-6 m and 1.1e-5 rad, which fall with the square of the step.
+OPEN_LOOP_POSITION = 1e-5  # [m]
+OPEN_LOOP_HEADING = 2e-5  # [rad]
+# Without rate correction turning wheels slide sideways at v omega h; measured 2.9e-3 m.
+OPEN_LOOP_POSITION_UNCORRECTED = 5e-3  # [m]
+# Measured 1.98 to 2.00: a leapfrog, with nothing of first order left.
+SECOND_ORDER = 1.9
+# Measured 0.97 to 1.04: the sideways slip, and nothing that does not fall with the step.
+FIRST_ORDER = (0.9, 1.2)
+
+# One robot's contacts enter the others' solution through the stopping rule of the solver alone.
+SCENE_COUPLING = 1e-9  # [m] and [rad]

@@ -1,7 +1,7 @@
 """The reduced model against MuJoCo's own mass matrix and inverse dynamics, for every bundled robot.
 
-S maps (v, omega) to MuJoCo's velocities under no slip. No contact is involved: MuJoCo's recursive Newton-Euler
-gives the forces that a prescribed motion takes, to rounding.
+S maps (v, omega) to MuJoCo's velocities under no slip. No contact is involved: MuJoCo's recursive
+Newton-Euler gives the forces that a prescribed motion takes, to rounding.
 """
 
 from dataclasses import dataclass
@@ -121,7 +121,7 @@ def test_wheel_torques_do_the_virtual_work(motion: Motion) -> None:
 
 
 def loads(drive: DiffDrive, vertical: float, roll: float, pitch: float) -> np.ndarray:
-    """Loads [N] of left, right and caster that give a vertical force and moments about the axle's ground point."""
+    """Loads [N] of left, right and caster with this resultant at the axle's ground point."""
     assert len(drive.casters) == 1
     feet = np.array([(0, drive.half_separation), (0, -drive.half_separation), *drive.casters])
     return np.linalg.solve(np.vstack([np.ones(3), feet[:, 1], -feet[:, 0]]), [vertical, roll, pitch])

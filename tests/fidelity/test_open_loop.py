@@ -1,0 +1,198 @@
+"""Robots on MuJoCo wheels against the ideal robot under the same inputs: budgets, order, sameness."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from motions import (
+    AT_REST,
+    OpenLoopError,
+    Run,
+    difference,
+    drive,
+    make_simulation,
+    middles,
+    state,
+    weaving,
+    weaving_error,
+)
+from nhtrack.simulation.ideal import IdealSimulation, propagate
+from nhtrack.simulation.scene import SceneSpec
+from nhtrack.simulation.state import State
+from tolerances import (
+    FIRST_ORDER,
+    OPEN_LOOP_HEADING,
+    OPEN_LOOP_POSITION,
+    OPEN_LOOP_POSITION_UNCORRECTED,
+    SCENE_COUPLING,
+    SECOND_ORDER,
+)
+
+pytestmark = pytest.mark.slow
+
+TIMESTEPS = (0.004, 0.002, 0.001, 0.0005)
+
+
+@pytest.fixture(scope="module")
+def errors() -> dict[tuple[float, bool], OpenLoopError]:
+    """Errors of the weaving run by (time step, rate correction)."""
+    return {
+        (h, corrected): weaving_error(
+            make_simulation(SceneSpec(("r",), timestep=h, rate_correction=corrected))
+        )
+        for h in TIMESTEPS
+        for corrected in (True, False)
+    }
+
+
+def order(large: float, small: float, ratio: float) -> float:
+    """Returns p of an error that falls like h^p when the step falls by `ratio`."""
+    return float(np.log(large / small) / np.log(ratio))
+
+
+class TestBudgets:
+    def test_with_rate_correction(self, errors: dict) -> None:
+        assert errors[0.001, True].position <= OPEN_LOOP_POSITION
+        assert errors[0.001, True].heading <= OPEN_LOOP_HEADING
+
+    def test_without_rate_correction(self, errors: dict) -> None:
+        assert errors[0.001, False].position <= OPEN_LOOP_POSITION_UNCORRECTED
+
+    @pytest.mark.parametrize("quantity", ["position", "heading"])
+    def test_second_order_with_rate_correction(self, errors: dict, quantity: str) -> None:
+        found = [getattr(errors[h, True], quantity) for h in TIMESTEPS]
+        for coarse, fine in zip(found, found[1:], strict=False):
+            assert order(coarse, fine, 2) >= SECOND_ORDER
+
+    @pytest.mark.parametrize("quantity", ["position", "heading"])
+    def test_first_order_without(self, errors: dict, quantity: str) -> None:
+        found = [getattr(errors[h, False], quantity) for h in TIMESTEPS]
+        for coarse, fine in zip(found, found[1:], strict=False):
+            assert FIRST_ORDER[0] <= order(coarse, fine, 2) <= FIRST_ORDER[1]
+
+    def test_second_order_from_any_twist(self) -> None:
+        """A robot placed in motion is placed half a step earlier; otherwise the order would be one."""
+        names = ("a", "b", "c")
+        start = state(((0, 0, 0), (0.2, 0.5)), ((1, 2, 2.5), (-0.1, -0.5)), ((-1, 0.4, -8), (0, 2)))
+        coarse, fine = (
+            weaving_error(make_simulation(SceneSpec(names, timestep=h)), start=start) for h in (0.002, 0.001)
+        )
+        assert order(coarse.position, fine.position, 2) >= SECOND_ORDER
+        assert order(coarse.heading, fine.heading, 2) >= SECOND_ORDER
+
+
+def square(t: np.ndarray) -> np.ndarray:
+    """Accelerations that jump: the input a held command turns any law into, at its roughest."""
+    return np.stack([0.3 * np.sign(np.sin(2 * np.pi * t)), 1.5 * np.sign(np.sin(4.5 * t + 0.3))], axis=-1)
+
+
+@pytest.mark.parametrize("signal", [weaving, square])
+def test_commands_held_at_100_hz(signal: object) -> None:
+    """Ten physics steps a period: positions and the twists a law would see, both at the control instants."""
+    simulation = make_simulation(SceneSpec(("r",)), dt=0.01)
+    inputs = signal(middles(10.0, 0.01))[:, None]
+    run, twin = (drive(s, inputs) for s in (simulation, IdealSimulation(("r",), simulation.drive, 0.01)))
+    error = difference(run.g, twin.g)
+    assert error.position <= OPEN_LOOP_POSITION
+    assert error.heading <= OPEN_LOOP_HEADING
+    seen = difference(run.xi, twin.xi)
+    assert seen.position <= OPEN_LOOP_POSITION
+    assert seen.heading <= OPEN_LOOP_HEADING
+
+
+def test_robots_in_one_scene_do_not_feel_each_other() -> None:
+    """Five robots, of which the solver makes one sparse problem, against each of them alone."""
+    places = [((0.4 * i, -0.3 * i, 1.3 * i), (0.05 * i, 0.2 * i)) for i in range(5)]
+    inputs = weaving(middles(2.0, 0.01))[:, None]
+    together = drive(
+        make_simulation(SceneSpec(tuple("abcde")), dt=0.01),
+        np.broadcast_to(inputs, (len(inputs), 5, 2)),
+        state(*places),
+    )
+    for i, place in enumerate(places):
+        alone = drive(make_simulation(SceneSpec(("a",)), dt=0.01), inputs, state(place))
+        np.testing.assert_allclose(together.g[:, i], alone.g[:, 0], rtol=0, atol=SCENE_COUPLING)
+
+
+def test_a_virtual_root_follows_the_ideal_flow_bit_for_bit() -> None:
+    simulation = make_simulation(SceneSpec(("root", "follower"), virtual_root=True), dt=0.01)
+    start = state(((0.3, -0.2, 2.0), (0.1, 0.4)), ((0, 0, 0), (0, 0)))
+    inputs = np.broadcast_to(weaving(middles(1.0, 0.01))[:, None], (100, 2, 2))
+    run = drive(simulation, inputs, start)
+    g, xi = start.g[:1], start.xi[:1]
+    for k, u in enumerate(inputs):
+        g, xi = propagate(g, xi, u[:1], 0.01)
+        np.testing.assert_array_equal(run.g[k + 1, :1], g)
+        np.testing.assert_array_equal(run.xi[k + 1, :1], xi)
+
+
+def assert_same(a: Run, b: Run) -> None:
+    np.testing.assert_array_equal(a.g, b.g)
+    np.testing.assert_array_equal(a.xi, b.xi)
+    assert a.telemetry.keys() == b.telemetry.keys()
+    for name, values in a.telemetry.items():
+        np.testing.assert_array_equal(values, b.telemetry[name])
+
+
+SEEN = ("wheel_torque", "wheel_speed", "wheel_load", "lateral_slip", "friction_utilisation")
+
+
+def test_a_batch_is_its_members_bit_for_bit() -> None:
+    spec, periods = SceneSpec(("a", "b")), 100
+    pair = [state(((0, 0, s), (0.1 * s, s)), ((1, s, -s), (0, -0.5 * s))) for s in (0.0, 0.7, -1.1)]
+    start = State(0.0, np.stack([s.g for s in pair]), np.stack([s.xi for s in pair]))
+    signal = weaving(middles(periods * 0.01, 0.01))
+    inputs = np.stack([np.stack([signal * s, signal[::-1] * s], axis=1) for s in (1.0, -0.6, 0.3)], axis=1)
+    batch = drive(make_simulation(spec, 0.01, batch=(3,)), inputs, start, SEEN)
+    for i, alone in enumerate(pair):
+        single = drive(make_simulation(spec, 0.01), inputs[:, i], alone, SEEN)
+        member = Run(
+            batch.time, batch.g[:, i], batch.xi[:, i], {k: v[:, i] for k, v in batch.telemetry.items()}
+        )
+        assert_same(member, single)
+
+
+def test_a_reset_begins_anew_bit_for_bit() -> None:
+    simulation = make_simulation(SceneSpec(("r",)), dt=0.01)
+    inputs = weaving(middles(1.0, 0.01))[:, None]
+    first = drive(simulation, inputs, AT_REST, SEEN)
+    drive(simulation, 3 * inputs, state(((1, 1, 1), (0.2, 1))))
+    assert_same(drive(simulation, inputs, AT_REST, SEEN), first)
+
+
+PROCESS = """
+import hashlib, sys
+from motions import drive, make_simulation, middles, state, weaving
+from nhtrack.simulation.scene import SceneSpec
+simulation = make_simulation(SceneSpec(("a", "b")), dt=0.01)
+inputs = weaving(middles(2.0, 0.01))[:, None].repeat(2, axis=1)
+run = drive(simulation, inputs, state(((0, 0, 0), (0, 0)), ((1, 0, 2), (0.1, 1))), ("wheel_load", "wheel_torque"))
+arrays = [run.time, run.g, run.xi, *run.telemetry.values()]
+print(hashlib.sha256(b"".join(array.tobytes() for array in arrays)).hexdigest(), simulation.scene.hash)
+"""
+
+
+def test_two_processes_agree_bit_for_bit() -> None:
+    tests = Path(__file__).parents[1]
+    found = [
+        subprocess.run(
+            [sys.executable, "-c", PROCESS],
+            check=True,
+            capture_output=True,
+            text=True,
+            env={
+                **os.environ,
+                "PYTHONPATH": os.pathsep.join([str(tests), *sys.path]),
+                "PYTHONHASHSEED": seed,
+            },
+        ).stdout
+        for seed in ("1", "2")
+    ]
+    assert found[0] == found[1]
+    assert len(found[0].split()) == 2
