@@ -12,7 +12,7 @@ from nhtrack.errors import RecordingError, RenderError, did_you_mean
 from nhtrack.recording import Recording, atomic_path
 from nhtrack.simulation.scene import SceneSpec, make_scene
 from nhtrack.video.camera import CAMERAS, CameraPath, floor_footprint, plan_camera
-from nhtrack.video.encode import Encoder, encode, find_encoder
+from nhtrack.video.encode import Encoder, find_encoder, write_mp4
 from nhtrack.video.overlay import Overlay
 from nhtrack.video.stage import Stage
 from nhtrack.video.timeline import Timeline, make_timeline
@@ -52,9 +52,8 @@ def render(
     find_encoder()
     gl.choose_backend()
     with atomic_path(target) as temporary:
-        encode(
-            frames(recording, camera=camera, size=size, fps=fps, speed=speed, progress=progress), temporary, size, fps
-        )
+        pictures = frames(recording, camera=camera, size=size, fps=fps, speed=speed, progress=progress)
+        write_mp4(pictures, temporary, size, fps)
     return target
 
 

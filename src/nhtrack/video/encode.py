@@ -13,7 +13,7 @@ import numpy as np
 
 from nhtrack.errors import RenderError
 
-__all__ = ["Encoder", "encode", "find_encoder"]
+__all__ = ["Encoder", "find_encoder", "write_mp4"]
 
 
 @dataclass(frozen=True)
@@ -48,7 +48,7 @@ def find_encoder() -> Encoder:
     return Encoder(path, listing.stderr.partition("\n")[0].partition(" Copyright")[0])
 
 
-def encode(frames: Iterable[np.ndarray], path: Path, size: tuple[int, int], fps: int) -> None:
+def write_mp4(frames: Iterable[np.ndarray], path: Path, size: tuple[int, int], fps: int) -> None:
     """Writes frames (height, width, 3) of bytes as H.264 in MP4, playable everywhere and from its first byte on.
 
     Raises:

@@ -23,7 +23,7 @@ _COINCIDENT, _CLEAR = (
     0.015,
     0.06,
 )  # [m] robots nearer than the first are one to the eye, beyond the second they are apart
-_DISC, _FAR_DISC = 0.085, 0.020  # [m] radius of the root's disc; of all discs, per metre from the camera
+_DISC, _FAR_DISC = 0.085, 0.016  # [m] radius of the root's disc; of all discs, per metre from the camera
 _CHEVRON = np.array([[1.05, 0.6], [1.7, 0.0], [1.05, -0.6]])  # ahead of a disc of unit radius, nose along +x
 _LINE_SHADE = np.array(
     [0.5, 0.5, 0.5, 1.0], np.float32
@@ -128,19 +128,17 @@ class Stage:
     def _add_pointers(self, frame: int) -> None:
         """Adds discs and chevrons on the floor: where small robots are and head, and whose place the root holds."""
         radius = _FAR_DISC * float(self._path.distance[frame])
-        share = float(np.clip((radius - 0.025) / 0.025, 0.0, 1.0))
+        share = float(np.clip((radius - 0.022) / 0.02, 0.0, 1.0))
         width = _TRAIL_WIDTH * self._size[1] / 480
         poses = self._timeline.pose[frame]
         shares = share * fading(poses[:, :2])
         shares[0] = 1.0 if self._scene.marker is not None else shares[0]  # a marker's heading is its chevron's
         self._add_disc(poses[0], max(_DISC, 1.15 * radius), 0.0006, _rgba(0, 0.55))
-        for place in np.flatnonzero(shares):
+        size = max(0.06, radius)
+        for place in map(int, np.flatnonzero(shares)):
             if place:
-                self._add_disc(
-                    poses[place], max(0.06, radius), 0.0008 + 0.0002 * place, _rgba(place, 0.5 * shares[place])
-                )
-            chevron = _CHEVRON * max(0.06, radius)
-            points = np.column_stack([se2.act(poses[place][None], chevron), np.full(3, _TRAIL_HEIGHT)])
+                self._add_disc(poses[place], size, 0.0008 + 0.0002 * place, _rgba(place, 0.5 * shares[place]))
+            points = np.column_stack([se2.act(poses[place][None], size * _CHEVRON), np.full(3, _TRAIL_HEIGHT)])
             self._add_line(points, _rgba(place, shares[place]), 1.6 * width)
 
     def _add_disc(self, pose: np.ndarray, radius: float, height: float, rgba: np.ndarray) -> None:

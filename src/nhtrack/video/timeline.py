@@ -8,6 +8,7 @@ import mujoco
 import numpy as np
 from scipy.integrate import cumulative_trapezoid
 
+from nhtrack import se2
 from nhtrack.recording import Recording
 from nhtrack.simulation.scene import Scene
 
@@ -15,6 +16,7 @@ __all__ = ["LONGEST", "Timeline", "Trail", "make_timeline", "make_trails", "pick
 
 LONGEST = 25.0  # [s] of film, unless a speed is asked for
 _VERTICES = 1500  # of all trails together: each costs some 10 microseconds a frame
+_STILL, _TURN_WEIGHT = 1e-6, 0.3  # [m] shorter steps have no direction; [m/rad] of path that a turn is worth
 _SPEEDS = np.array([1, 2, 3, 4, 5, 6, 8, 10, 12, 15, 20, 25, 30, 40, 50, 60, 80, 100])
 
 
@@ -96,14 +98,26 @@ def make_trails(time: np.ndarray, pose: np.ndarray, vertices: int) -> tuple[Trai
     """
     share = max(vertices // pose.shape[1], 2)
     trails = []
-    for xy, theta in zip(np.moveaxis(pose[..., :2], 1, 0), pose[..., 2].T, strict=True):
-        step = np.hypot(*np.diff(xy, axis=0).T)
-        turn = np.abs(np.diff(theta)) * (step > 1e-6)  # turning on the spot leaves no trail
-        effort = np.concatenate([[0.0], np.cumsum(step + 0.3 * turn)])
+    for xy in np.moveaxis(pose[..., :2], 1, 0):
+        effort = _effort(xy)
         marks = np.linspace(0.0, effort[-1], min(share, time.size))
         chosen = np.unique(np.searchsorted(effort, marks).clip(0, time.size - 1))
         trails.append(Trail(time[chosen], xy[chosen]))
     return tuple(trails)
+
+
+def _effort(xy: np.ndarray) -> np.ndarray:
+    """Returns arc length plus weighted turning of the course [m] up to each point, shape (t, 2) -> (t,).
+
+    The course is the direction of motion, not the heading: it turns by pi in a cusp, where the robot backs up.
+    """
+    step = np.diff(xy, axis=0)
+    length = np.hypot(*step.T)
+    moving = np.flatnonzero(length > _STILL)
+    course = np.arctan2(step[moving, 1], step[moving, 0])
+    turn = np.zeros(len(length))
+    turn[moving[1:]] = np.abs(se2.wrap(np.diff(course)))
+    return np.concatenate([[0.0], np.cumsum(length + _TURN_WEIGHT * turn)])
 
 
 def _interpolate(time: np.ndarray, values: np.ndarray, at: np.ndarray) -> np.ndarray:

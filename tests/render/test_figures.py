@@ -1,0 +1,49 @@
+"""Figures as files."""
+
+from __future__ import annotations
+
+import imageio.v3 as iio
+import numpy as np
+import pytest
+
+from nhtrack import plots
+from recordings import synthetic_recording
+
+pytestmark = pytest.mark.slow
+
+
+@pytest.mark.parametrize(("followers", "changes"), [(1, {}), (3, {"stop": 30.0}), (63, {}), (2, {"backend": "ideal"})])
+def test_files_are_whole_and_nothing_else_is_left(tmp_path, followers, changes):
+    written = plots.save_figures(synthetic_recording(followers, samples=101, **changes), tmp_path / "figures")
+    assert [path.name for path in written] == [
+        f"{name}.{suffix}" for name in plots.FIGURES for suffix in ("png", "pdf")
+    ]
+    assert sorted((tmp_path / "figures").iterdir()) == sorted(written)
+    for path in written:
+        if path.suffix == ".png":
+            image = iio.imread(path)
+            assert image.shape[1] >= 1600  # 8 inches at 200 dots
+            assert np.std(image) > 1.0
+        else:
+            content = path.read_bytes()
+            assert content.startswith(b"%PDF")
+            assert content.rstrip().endswith(b"%%EOF")
+
+
+def test_same_run_gives_the_same_files(tmp_path):
+    recording = synthetic_recording(1, samples=51)
+    first = [path.read_bytes() for path in plots.save_figures(recording, tmp_path / "a")]
+    second = [path.read_bytes() for path in plots.save_figures(recording, tmp_path / "b")]
+    assert first == second
+
+
+def test_failure_leaves_no_file(tmp_path, monkeypatch):
+    def fail(recording):
+        figure = plots.errors(recording)
+        figure.savefig = lambda path, **_: path.write_bytes(b"half") and 1 / 0
+        return figure
+
+    monkeypatch.setitem(plots.FIGURES, "trajectories", fail)
+    with pytest.raises(ZeroDivisionError):
+        plots.save_figures(synthetic_recording(1, samples=21), tmp_path)
+    assert list(tmp_path.iterdir()) == []

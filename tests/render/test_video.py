@@ -1,0 +1,359 @@
+"""Films: what the frames show, measured in their pixels, and the files they become."""
+
+from __future__ import annotations
+
+import imageio_ffmpeg
+import mujoco
+import numpy as np
+import pytest
+
+from nhtrack import gl, se2, video
+from nhtrack.errors import RecordingError, RenderError
+from nhtrack.simulation.palette import robot_colour
+from nhtrack.simulation.scene import SceneSpec, make_scene
+from nhtrack.video import camera, encode, overlay, stage, timeline
+from recordings import robot_names, synthetic_recording
+
+SMALL = (320, 240)
+
+
+def filmable(followers: int = 1, *, virtual: bool = False, **changes):
+    scene = SceneSpec(robot_names(followers), virtual_root=virtual)
+    return synthetic_recording(followers, backend="ideal", scene=scene.to_json(), **changes)
+
+
+def pixels_of(picture: np.ndarray, place: int) -> np.ndarray:
+    """Returns where (k, 2) a picture has the hue of a robot: x to the right, y down."""
+    colour = robot_colour(place)
+    wanted = np.array([int(colour[i : i + 2], 16) for i in (1, 3, 5)], float)
+    chroma = picture.astype(float) - picture.mean(axis=-1, keepdims=True)
+    wanted -= wanted.mean()
+    size = np.linalg.norm(chroma, axis=-1)
+    alike = (chroma @ wanted) / np.maximum(size * np.linalg.norm(wanted), 1e-9)
+    return np.argwhere((alike > 0.97) & (size > 60))[:, ::-1]
+
+
+def projected(path: camera.CameraPath, frame: int, point: np.ndarray, fovy: float, size: tuple[int, int]) -> np.ndarray:
+    """Returns where in the picture a point (3,) falls [pixels], by the pinhole's own formula."""
+    a, e = np.radians([path.azimuth[frame], path.elevation[frame]])
+    forward = np.array([np.cos(e) * np.cos(a), np.cos(e) * np.sin(a), np.sin(e)])
+    right = np.array([np.sin(a), -np.cos(a), 0.0])
+    offset = point - path.lookat[frame] + path.distance[frame] * forward
+    scale = size[1] / 2 / np.tan(np.radians(fovy) / 2) / (offset @ forward)
+    return np.array(size) / 2 + scale * np.array([offset @ right, -(offset @ np.cross(right, forward))])
+
+
+def film(recording, size=SMALL, fps=1, name="group"):
+    """Returns scene, timeline and camera path as `video.frames` makes them."""
+    scene = make_scene(SceneSpec.from_json(recording.dataset.attrs["scene"]))
+    line = timeline.make_timeline(recording, scene, fps, None)
+    fovy = float(scene.model.vis.global_.fovy)
+    return scene, line, camera.plan_camera(name, line.pose, fovy, size[0] / size[1], fps)
+
+
+# --- times and states -------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("duration", "speed"), [(1.0, 1), (25.0, 1), (26.0, 2), (80.0, 4), (800.0, 40), (9000.0, 400)])
+def test_speed_is_the_slowest_round_one_that_keeps_the_film_short(duration, speed):
+    assert timeline.pick_speed(duration) == speed
+
+
+def test_frames_are_evenly_spaced_and_interpolated():
+    recording = filmable(samples=161)  # one sample every half second
+    scene = make_scene(SceneSpec.from_json(recording.dataset.attrs["scene"]))
+    line = timeline.make_timeline(recording, scene, fps=30, speed=3.0)
+    assert len(line) == int(80 / 3 * 30) + 1
+    assert np.diff(line.time) == pytest.approx(0.1)
+    pose = recording["pose"].values
+    assert line.pose[5] == pytest.approx(pose[1])  # t = 0.5 s is a sample
+    assert line.pose[7] == pytest.approx(0.6 * pose[1] + 0.4 * pose[2])
+
+
+def test_recorded_coordinates_are_replayed_and_stay_on_the_quaternion_sphere():
+    plain = filmable(samples=41)
+    scene = make_scene(SceneSpec.from_json(plain.dataset.attrs["scene"]))
+    qpos = scene.qpos_of(plain["pose"].values, np.zeros((41, 2, 2)))
+    plain.dataset["qpos"] = (("time", "coordinate"), qpos)
+    line = timeline.make_timeline(plain, scene, fps=10, speed=4.0)
+    assert line.qpos[::5] == pytest.approx(qpos[::1], abs=1e-12)
+    roots = scene.addresses.root_qpos
+    for root in roots:
+        assert np.linalg.norm(line.qpos[:, root + 3 : root + 7], axis=-1) == pytest.approx(1.0, abs=1e-12)
+
+
+def test_wheels_turn_where_only_their_speed_is_known():
+    recording = filmable(samples=401)
+    scene, line, _ = film(recording)
+    wheels = line.qpos[:, scene.addresses.wheel_qpos]
+    step = np.hypot(*np.diff(recording["pose"].values[:, 0, :2], axis=0).T)
+    travelled = wheels[-1, 0].mean() * 0.016  # the formula's wheel radius
+    assert travelled == pytest.approx(step.sum(), rel=1e-3)
+
+
+def test_trails_keep_to_the_path_with_few_vertices():
+    recording = filmable(3, samples=801)
+    pose = recording["pose"].values
+    trails = timeline.make_trails(recording.time, pose, 200)
+    assert sum(trail.time.size for trail in trails) <= 200
+    for place, trail in enumerate(trails):
+        at = np.stack([np.interp(recording.time, trail.time, trail.points[:, k]) for k in (0, 1)], axis=-1)
+        gap = [np.min(np.hypot(*(at - point).T)) for point in pose[::20, place, :2]]
+        assert max(gap) < 0.02
+
+
+# --- the camera -------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("followers", [1, 15])
+@pytest.mark.parametrize("name", ["group", "isometric", "top"])
+def test_every_robot_is_in_every_picture(followers, name):
+    recording = filmable(followers)
+    scene, line, path = film(recording, (640, 480), 10, name)
+    fovy = float(scene.model.vis.global_.fovy)
+    for frame in range(0, len(line), 7):
+        for pose in line.pose[frame]:
+            x, y = projected(path, frame, np.array([*pose[:2], 0.03]), fovy, (640, 480))
+            assert 10 < x < 630
+            assert 60 < y < 470  # below title and map
+
+
+def test_group_camera_zooms_in_and_never_jumps():
+    line_film = film(filmable(), fps=30)
+    path = line_film[2]
+    assert path.distance[-1] < path.distance[0] / 3
+    per_second = np.abs(np.diff(np.log(path.distance))) * 30
+    assert per_second.max() < 0.6
+    jerk = np.diff(path.lookat, n=2, axis=0)
+    assert np.abs(jerk).max() < 2e-4 * path.distance.max()
+
+
+def test_chase_looks_the_way_the_root_goes():
+    _, line, path = film(filmable(), fps=10, name="chase")
+    assert np.abs(np.radians(path.azimuth) - line.pose[:, 0, 2]).max() < 0.6
+
+
+def test_footprint_is_the_floor_in_the_corners():
+    _, _, path = film(filmable())
+    corners = camera.floor_footprint(path, 5, 40.0, 4 / 3, reach=50.0)
+    expected = [(0, 480), (640, 480), (640, 0), (0, 0)]
+    for corner, pixel in zip(corners, expected, strict=True):
+        assert projected(path, 5, np.array([*corner, 0.0]), 40.0, (640, 480)) == pytest.approx(pixel, abs=1e-6)
+
+
+def test_unknown_camera():
+    with pytest.raises(RenderError, match="no camera 'isometrc'; did you mean 'isometric'"):
+        camera.plan_camera("isometrc", np.zeros((2, 1, 3)), 40.0, 1.0, 30)
+
+
+def test_coincident_robots_show_the_last():
+    positions = np.array([[0.0, 0.0], [0.001, 0.0], [1.0, 0.0]])
+    assert stage.fading(positions) == pytest.approx([0.0, 1.0, 1.0])
+    assert 0.0 < stage.fading(np.array([[0.0, 0.0], [0.04, 0.0]]))[0] < 1.0
+
+
+@pytest.mark.parametrize(("metres", "text"), [(2.0, " 2.00 m"), (0.123, " 12.3 cm"), (0.0012, " 1.20 mm")])
+def test_lengths_have_a_unit_that_suits_them(metres, text):
+    assert overlay._length(metres) == text
+
+
+# --- pictures ---------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.slow
+def test_robots_are_drawn_where_they_are_and_move():
+    recording = filmable()
+    scene, line, path = film(recording, (640, 480))
+    fovy = float(scene.model.vis.global_.fovy)
+    with stage.Stage(scene, line, path, (640, 480)) as drawn:
+        drawn._timeline = timeline.Timeline(line.time, line.pose, line.qpos, line.distance, (), line.speed, line.fps)
+        centres = []
+        for frame in (0, 2, 3):
+            picture = drawn.draw(frame)
+            assert picture.shape == (480, 640, 3)
+            assert picture.std() > 5.0
+            for place in (0, 1):
+                seen = pixels_of(picture, place)
+                assert len(seen) > 30
+                expected = projected(path, frame, np.array([*line.pose[frame, place, :2], 0.03]), fovy, (640, 480))
+                assert np.median(seen, axis=0) == pytest.approx(expected, abs=12)
+                centres.append(np.median(seen, axis=0))
+    assert np.linalg.norm(centres[1] - centres[5]) > 20
+
+
+@pytest.mark.slow
+def test_heading_is_visible():
+    recording = filmable()
+    scene, line, path = film(recording, (640, 480))
+    frame = len(line) - 1
+    white = {}
+    with stage.Stage(scene, line, path, (640, 480)) as drawn:
+        for turn in (0.0, np.pi):
+            qpos, pose = line.qpos.copy(), line.pose.copy()
+            pose[frame, 1, 2] = np.radians(path.azimuth[frame]) - np.pi / 2 + turn  # to the right, to the left
+            qpos[frame] = scene.qpos_of(pose[frame], np.zeros((2, 2)))
+            drawn._timeline = timeline.Timeline(line.time, pose, qpos, line.distance, (), line.speed, line.fps)
+            picture = drawn.draw(frame)
+            body = pixels_of(picture, 1)
+            low, high = body.min(axis=0), body.max(axis=0)
+            patch = picture[low[1] : high[1], low[0] : high[0]].astype(float)
+            mark = np.argwhere(patch.min(axis=-1) > 215)
+            white[turn] = np.median(mark[:, 1]) / patch.shape[1]
+    assert white[0.0] > white[np.pi] + 0.15  # the white chevron is towards the nose
+
+
+@pytest.mark.slow
+def test_virtual_leader_is_a_marker_in_its_place():
+    recording = filmable(virtual=True)
+    scene, line, path = film(recording, (640, 480))
+    fovy = float(scene.model.vis.global_.fovy)
+    assert scene.model.nq == 9
+    with stage.Stage(scene, line, path, (640, 480)) as drawn:
+        seen = pixels_of(drawn.draw(1), 0)
+    expected = projected(path, 1, np.array([*line.pose[1, 0, :2], 0.0]), fovy, (640, 480))
+    assert np.median(seen, axis=0) == pytest.approx(expected, abs=25)
+
+
+@pytest.mark.slow
+def test_trails_are_drawn_up_to_now():
+    recording = filmable()
+    scene, line, path = film(recording, (640, 480), name="isometric")
+    with stage.Stage(scene, line, path, (640, 480)) as drawn:
+        early, late = (len(pixels_of(drawn.draw(frame), 0)) for frame in (0, len(line) - 1))
+    assert late > early + 300
+
+
+@pytest.mark.slow
+def test_drawing_does_not_step_physics_or_touch_the_recording():
+    recording = filmable(samples=41)
+    before = recording.dataset.copy(deep=True)
+    first = [frame.copy() for frame in video.frames(recording, size=SMALL, fps=1)]
+    again = list(video.frames(recording, size=SMALL, fps=1))
+    assert all(np.array_equal(a, b) for a, b in zip(first, again, strict=True))
+    assert recording.dataset.identical(before)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("changes", [{"stop": 0.0}, {"stop": 10.0}])
+def test_interrupted_runs_are_shown_as_far_as_they_went(changes):
+    pictures = list(video.frames(filmable(samples=81, **changes), size=SMALL, fps=2))
+    assert len(pictures) == int(changes["stop"] * 2) + 1
+
+
+@pytest.mark.slow
+def test_overlay_is_written_over_the_picture_and_nowhere_else():
+    recording = filmable(15)
+    _, line, _ = film(recording, (640, 480))
+    plain = np.full((480, 640, 3), 90, np.uint8)
+    written = overlay.Overlay(recording, line, (640, 480)).write(plain, 0, None)
+    changed = np.argwhere((written != plain).any(axis=-1))
+    assert changed[:, 0].max() < 480 * 0.45
+    assert (written[300:] == 90).all()
+    assert (written[20:60, 260:380] == 90).all()  # between title and map
+
+
+# --- files ------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.slow
+def test_film_is_readable_of_the_right_length_and_alone(tmp_path):
+    told = []
+    recording = filmable(samples=81)
+    path = video.render(
+        recording, tmp_path / "film.mp4", size=SMALL, fps=10, speed=16.0, progress=lambda *n: told.append(n)
+    )
+    assert path == tmp_path / "film.mp4"
+    assert list(tmp_path.iterdir()) == [path]
+    frames, seconds = imageio_ffmpeg.count_frames_and_secs(str(path))
+    assert frames == 51
+    assert seconds == pytest.approx(5.1, abs=0.11)
+    assert told == [(k, 51) for k in range(1, 52)]
+    reader = imageio_ffmpeg.read_frames(str(path))
+    about = next(reader)
+    first = np.frombuffer(next(reader), np.uint8).reshape(240, 320, 3)
+    reader.close()
+    assert about["codec"] == "h264"
+    assert about["pix_fmt"].startswith("yuv420p")
+    assert about["size"] == SMALL
+    assert first.std() > 5.0
+    head = path.read_bytes()[:4096]
+    assert b"moov" in head  # the index comes first: a browser can start at once
+
+
+@pytest.mark.slow
+def test_failure_half_way_leaves_no_file(tmp_path):
+    def stop(done: int, total: int) -> None:
+        if done == 3:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        video.render(filmable(samples=41), tmp_path / "film.mp4", size=SMALL, fps=2, progress=stop)
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.slow
+def test_film_cut_short_by_the_disk_is_an_error(tmp_path, monkeypatch):
+    monkeypatch.setattr(imageio_ffmpeg, "count_frames_and_secs", lambda _: (1, 0.1))
+    pictures = [np.full((64, 64, 3), k, np.uint8) for k in range(5)]
+    with pytest.raises(RenderError, match="ffmpeg wrote 1 of 5 frames"):
+        encode.write_mp4(pictures, tmp_path / "film.mp4", (64, 64), 10)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"path": "film.avi"}, r"film.avi: films are MP4; expected a name ending in .mp4"),
+        ({"camera": "grup"}, "no camera 'grup'; did you mean 'group'"),
+        ({"size": (641, 480)}, "size 641 x 480: expected even numbers"),
+        ({"fps": 0}, "fps 0: expected at least 1"),
+        ({"speed": 0.0}, "speed 0.0: expected a positive number"),
+        ({"speed": float("nan")}, "speed nan: expected a positive number"),
+    ],
+)
+def test_bad_arguments_stop_before_any_work(tmp_path, arguments, message):
+    path = tmp_path / arguments.pop("path", "film.mp4")
+    with pytest.raises(RenderError, match=message):
+        video.render(filmable(samples=5), path, **arguments)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_missing_opengl_stops_before_any_work(tmp_path, monkeypatch):
+    def nothing_draws() -> str:
+        raise RenderError("no off-screen OpenGL: install libegl1")
+
+    monkeypatch.setattr(gl, "choose_backend", nothing_draws)
+    monkeypatch.setattr(video, "make_scene", lambda _: pytest.fail("work was begun"))
+    with pytest.raises(RenderError, match="install libegl1"):
+        video.render(filmable(samples=5), tmp_path / "film.mp4")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_missing_ffmpeg_stops_before_any_work(tmp_path, monkeypatch):
+    monkeypatch.setenv("IMAGEIO_FFMPEG_EXE", "/nonexistent/ffmpeg")
+    monkeypatch.setattr(gl, "choose_backend", lambda: pytest.fail("work was begun"))
+    encode.find_encoder.cache_clear()
+    try:
+        with pytest.raises(RenderError, match="no working ffmpeg"):
+            video.render(filmable(samples=5), tmp_path / "film.mp4")
+    finally:
+        encode.find_encoder.cache_clear()
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_recording_without_a_scene_cannot_be_filmed():
+    with pytest.raises(RecordingError, match="which scene"):
+        next(video.frames(synthetic_recording(samples=5)))
+
+
+def test_scene_and_recording_agree_on_the_pose():
+    recording = filmable(samples=21)
+    scene, line, _ = film(recording)
+    data = mujoco.MjData(scene.model)
+    data.qpos[:] = line.qpos[7]
+    mujoco.mj_kinematics(scene.model, data)
+    for place, address in enumerate(scene.addresses.root_qpos):
+        x, y, _, w, _, _, z = data.qpos[address : address + 7]
+        found = np.array([x, y, 2 * np.arctan2(z, w)])
+        difference = np.asarray(se2.between(line.pose[7, place], found))
+        assert np.asarray(se2.wrap(difference[2:])) == pytest.approx(0.0, abs=1e-12)
+        assert difference[:2] == pytest.approx(0.0, abs=1e-12)
