@@ -1,4 +1,4 @@
-"""Motions without a law: what drives a simulation open loop, and what an independent integrator makes of it."""
+"""Motions without a law: what drives a simulation open loop, and what an independent integrator finds."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ def drive(
 
 
 def middles(duration: float, dt: float) -> np.ndarray:
-    """Returns the middles of the control periods [s]: a smooth input held there is followed to second order."""
+    """Returns the middles of the control periods [s]: a smooth input held so is followed to h^2."""
     return (np.arange(round(duration / dt)) + 0.5) * dt
 
 
@@ -92,7 +92,7 @@ class OpenLoopError:
 def make_simulation(
     spec: SceneSpec, dt: float | None = None, batch: tuple[int, ...] = ()
 ) -> MujocoSimulation:
-    """Returns the MuJoCo simulation of a spec; its control period is one physics step unless told otherwise."""
+    """Returns the MuJoCo simulation of a spec, its control period one physics step unless told otherwise."""
     return MujocoSimulation(make_scene(spec), dt or spec.timestep, batch)
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -67,13 +68,13 @@ class TestBudgets:
     @pytest.mark.parametrize("quantity", ["position", "heading"])
     def test_second_order_with_rate_correction(self, errors: dict, quantity: str) -> None:
         found = [getattr(errors[h, True], quantity) for h in TIMESTEPS]
-        for coarse, fine in zip(found, found[1:], strict=False):
+        for coarse, fine in pairwise(found):
             assert order(coarse, fine, 2) >= SECOND_ORDER
 
     @pytest.mark.parametrize("quantity", ["position", "heading"])
     def test_first_order_without(self, errors: dict, quantity: str) -> None:
         found = [getattr(errors[h, False], quantity) for h in TIMESTEPS]
-        for coarse, fine in zip(found, found[1:], strict=False):
+        for coarse, fine in pairwise(found):
             assert FIRST_ORDER[0] <= order(coarse, fine, 2) <= FIRST_ORDER[1]
 
     def test_second_order_from_any_twist(self) -> None:
@@ -172,7 +173,8 @@ from motions import drive, make_simulation, middles, state, weaving
 from nhtrack.simulation.scene import SceneSpec
 simulation = make_simulation(SceneSpec(("a", "b")), dt=0.01)
 inputs = weaving(middles(2.0, 0.01))[:, None].repeat(2, axis=1)
-run = drive(simulation, inputs, state(((0, 0, 0), (0, 0)), ((1, 0, 2), (0.1, 1))), ("wheel_load", "wheel_torque"))
+start = state(((0, 0, 0), (0, 0)), ((1, 0, 2), (0.1, 1)))
+run = drive(simulation, inputs, start, ("wheel_load", "wheel_torque"))
 arrays = [run.time, run.g, run.xi, *run.telemetry.values()]
 print(hashlib.sha256(b"".join(array.tobytes() for array in arrays)).hexdigest(), simulation.scene.hash)
 """
