@@ -84,3 +84,16 @@ FIRST_ORDER = (0.9, 1.2)
 
 # One robot's contacts enter the others' solution through the stopping rule of the solver alone.
 SCENE_COUPLING = 1e-9  # [m] and [rad]
+
+# -- Friction --------------------------------------------------------------------------------------
+
+# MuJoCo's least friction, 1e-5, moves nothing by more than g 1e-5 t^2/2 = 4.4e-4 m in 3 s.
+ICE_DRIFT = 5e-4  # [m]
+SAME_ON_ICE = 1e-9
+TURNING_SLIP = 0.02
+BREAK_AWAY = 0.01
+UTILISATION = 0.005
+CREEP = 1e-5
+MOTOR_BALANCE = 1e-3
+REST_DRIFT = 1e-9
+SYMMETRY = 1e-9

@@ -1,0 +1,517 @@
+"""The laws against the paper written a second time, their symmetries, and what they do to a robot in the long run."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import NamedTuple
+
+import array_api_strict
+import numpy as np
+import pytest
+from hypothesis import assume, example, given
+from hypothesis import strategies as st
+from scipy.integrate import solve_ivp
+from scipy.linalg import expm, logm
+
+import independent
+import strategies as draw
+import tolerances as tol
+from nhtrack import se2
+from nhtrack.control import Leader, Published, Robots, Stabiliser, log_feedback
+from nhtrack.network import Network
+from nhtrack.rollout import rollout
+from nhtrack.similarity import Similarity
+from nhtrack.simulation.ideal import IdealSimulation
+from nhtrack.simulation.state import State
+from property.test_ideal import DRIVE
+
+PI = math.pi
+AnyLaw = Published | Stabiliser
+EXAMPLES: list[AnyLaw] = [
+    Published(4.0, 6.0, 2.0, 7.0),
+    Published(4.0, 6.0, 2.0, 7.0, variant="full"),
+    Stabiliser(4.0, 6.0, 7.0),
+]
+every_law = pytest.mark.parametrize("law", EXAMPLES, ids=["published", "full", "stabiliser"])
+
+
+# -- what is drawn ----------------------------------------------------------------------------------
+
+
+class Scene(NamedTuple):
+    """Followers and their leaders, arrays (..., 3) and (..., 2)."""
+
+    follower: Robots
+    leader: Leader
+
+    @property
+    def relative(self) -> np.ndarray:
+        return np.asarray(se2.between(self.leader.g, self.follower.g))
+
+
+class Sizes(NamedTuple):
+    """What rounding in a law is relative to, for one robot."""
+
+    length: float
+    speed: float
+    turn: float
+    q: float
+    carried: float
+
+    @classmethod
+    def of(cls, scene: Scene) -> Sizes:
+        x, y, theta = scene.relative
+        v_0, v_y0, omega_0 = scene.leader.xi
+        q = se2.log(np.array([x, y, se2.wrap(np.array(theta))]))
+        heights = np.abs(np.concatenate([scene.leader.g[:2], scene.follower.g[:2]])).sum()
+        motions = np.abs(np.concatenate([scene.leader.xi, scene.follower.xi, scene.leader.u])).sum()
+        return cls(
+            1.0 + heights,
+            1.0 + motions,
+            1.0 + abs(scene.leader.g[2]) + abs(scene.follower.g[2]),
+            math.hypot(q[0], q[1]),
+            math.hypot(v_0 - omega_0 * y, v_y0 + omega_0 * x),
+        )
+
+    def rounding(self, law: AnyLaw) -> float:
+        """First-order bound on what rounded coordinates change in u, up to the factor `tol.LAW`."""
+        place = self.length * self.turn
+        motion = self.speed * place
+        ke = law.ke if isinstance(law, Published) else 0.0
+        angles = law.kp * abs(law.k) * place / self.q + ke * (motion / self.carried if self.carried else 1.0)
+        return law.kp * place + (law.kd + 1 + self.speed) * motion + angles + (law.kp + ke) * self.turn
+
+
+places = st.floats(-10.0, 10.0)
+speeds = st.floats(-5.0, 5.0)
+relative_headings = st.one_of(draw.branch_angles, st.floats(-3.0, 3.0))
+
+
+@st.composite
+def scenes(draw_: st.DrawFn, headings: st.SearchStrategy[float] = relative_headings) -> Scene:
+    """One follower and its leader, a relative heading of the branch, away from the jumps of the law's angles."""
+    leader = np.array([draw_(places), draw_(places), draw_(st.floats(-20.0, 20.0))])
+    relative = np.array([draw_(places), draw_(places), draw_(headings)])
+    xi_0, xi_1 = (np.array([draw_(speeds), 0.0, draw_(speeds)]) for _ in range(2))
+    g = np.asarray(se2.compose(leader, relative))
+    scene = Scene(Robots(g, xi_1), Leader(leader, xi_0, np.array([draw_(speeds), draw_(speeds)])))
+    q, r = np.asarray(se2.log(relative)), relative
+    assume(abs(q[0]) > 1e-6)  # at q_x = 0 beta jumps by pi, and rounding decides
+    carried_x, carried_y = xi_0[0] - xi_0[2] * r[1], xi_0[2] * r[0]
+    assume(abs(carried_x) > 1e-6 or (carried_x == 0 == carried_y))
+    return scene
+
+
+positive = st.floats(0.1, 20.0)
+
+
+@st.composite
+def laws(draw_: st.DrawFn) -> AnyLaw:
+    kp, kd, k = draw_(positive), draw_(positive), draw_(st.floats(-10.0, 10.0))
+    if draw_(st.booleans()):
+        return Stabiliser(kp, kd, k)
+    return Published(kp, kd, draw_(positive), k, variant=draw_(st.sampled_from(["published", "full"])))
+
+
+def first_command(law: AnyLaw, scene: Scene) -> np.ndarray:
+    return np.asarray(law(scene.follower, scene.leader, law.init(scene.follower, scene.leader))[0])
+
+
+def paper(law: AnyLaw) -> independent.PaperLaw:
+    """The same law in the independent implementation."""
+    if isinstance(law, Stabiliser):
+        return independent.PaperLaw(law.kp, law.kd, 0.0, law.k, stabiliser=True)
+    return independent.PaperLaw(law.kp, law.kd, law.ke, law.k, bracket=law.variant == "full")
+
+
+def state(g: np.ndarray, xi: np.ndarray) -> np.ndarray:
+    return np.array([*g, xi[0], xi[2]])
+
+
+def random_scene(shape: tuple[int, ...], seed: int = 0) -> Scene:
+    rng = np.random.default_rng(seed)
+    g = rng.uniform(-5, 5, (2, *shape, 3))
+    xi = rng.uniform(-2, 2, (2, *shape, 3)) * [1, 0, 1]
+    return Scene(Robots(g[0], xi[0]), Leader(g[1], xi[1], rng.uniform(-2, 2, (*shape, 2))))
+
+
+def at(scene: Scene, index: object) -> Scene:
+    """The same scene with some robots picked out."""
+    return Scene(Robots(*(a[index] for a in scene.follower)), Leader(*(a[index] for a in scene.leader)))
+
+
+# -- the paper --------------------------------------------------------------------------------------
+
+
+@given(laws(), scenes())
+def test_law_is_the_paper_s(law: AnyLaw, scene: Scene) -> None:
+    """Equal to the general form (eq. 25) in homogeneous matrices, with and without its bracket, and to Lemma 1."""
+    theta = abs(scene.relative[2])
+    assume(theta <= PI or theta > PI + 1e-9)  # rounded past pi the two may take different branches
+    follower, leader = state(*scene.follower), state(scene.leader.g, scene.leader.xi)
+    expected = paper(law)(follower, leader, scene.leader.u, independent.Branch(0.25))
+    error = np.abs(first_command(law, scene) - expected).max()
+    assert error <= tol.LAW * Sizes.of(scene).rounding(law)
+
+
+@pytest.mark.parametrize("turns", [-2, -1, 0, 1, 2])
+@every_law
+def test_law_is_the_paper_s_whole_turns_away(law: AnyLaw, turns: int) -> None:
+    """A follower that has turned more often than its leader is told what one that has not would be told."""
+    scene = random_scene((), seed=3)
+    g = scene.follower.g + np.array([0.0, 0.0, 2 * PI * turns])
+    turned = scene._replace(follower=scene.follower._replace(g=g))
+    error = np.abs(first_command(law, turned) - first_command(law, scene)).max()
+    assert error <= tol.LAW * Sizes.of(turned).rounding(law)
+
+
+def test_published_and_full_differ_by_the_bracket() -> None:
+    """u_x differs by -omega_1 v_y01 (docs/theory.md, slip 1), worked by hand."""
+    follower = Robots(np.array([1.0, 2.0, PI / 2]), np.array([0.5, 0.0, 3.0]))
+    leader = Leader(np.zeros(3), np.array([0.7, 0.0, 0.2]), np.zeros(2))
+    published, full = (first_command(law, Scene(follower, leader)) for law in EXAMPLES[:2])
+    v_y01 = 0.7 - 0.2 * 2.0  # (v_0 - omega_0 r_y) sin(pi/2) - omega_0 r_x cos(pi/2)
+    assert full[0] - published[0] == pytest.approx(-3.0 * v_y01, abs=tol.HAND)
+    assert full[1] == published[1]
+
+
+# -- symmetries -------------------------------------------------------------------------------------
+
+
+@given(laws(), scenes(), draw.triples(st.floats(-20.0, 20.0)))
+def test_law_is_left_invariant(law: AnyLaw, scene: Scene, h: np.ndarray) -> None:
+    """Moving follower and leader by the same h changes nothing; the memory carries the branch at the antipode."""
+    h[:2] = np.clip(h[:2], -10, 10)
+    memory = law.init(*scene)
+    follower = scene.follower._replace(g=se2.compose(h, scene.follower.g))
+    moved = Scene(follower, scene.leader._replace(g=se2.compose(h, scene.leader.g)))
+    error = np.abs(law(*moved, memory)[0] - law(*scene, memory)[0]).max()
+    bound = max(Sizes.of(scene).rounding(law), Sizes.of(moved).rounding(law))
+    assert error <= tol.LAW * bound
+
+
+@given(laws(), scenes(draw.any_angles))
+def test_law_is_mirror_symmetric(law: AnyLaw, scene: Scene) -> None:
+    """A world seen in a mirror along x obeys the mirrored law, to the last bit."""
+    flip, flip_u = np.array([1.0, -1.0, -1.0]), np.array([1.0, -1.0])
+    follower = Robots(scene.follower.g * flip, scene.follower.xi * flip)
+    leader = Leader(scene.leader.g * flip, scene.leader.xi * flip, scene.leader.u * flip_u)
+    np.testing.assert_array_equal(first_command(law, Scene(follower, leader)), first_command(law, scene) * flip_u)
+
+
+def scaled(law: AnyLaw, scene: Scene, similarity: Similarity) -> tuple[AnyLaw, Scene]:
+    gains = similarity.scale_gains(law.kp, law.kd, law.ke if isinstance(law, Published) else 0.0, law.k)
+    law = replace(law, **{name: value for name, value in gains._asdict().items() if hasattr(law, name)})
+    follower = Robots(similarity.poses_to_robot(scene.follower.g), similarity.twists_to_robot(scene.follower.xi))
+    leader = Leader(
+        similarity.poses_to_robot(scene.leader.g),
+        similarity.twists_to_robot(scene.leader.xi),
+        similarity.inputs_to_robot(scene.leader.u),
+    )
+    return law, Scene(follower, leader)
+
+
+@given(laws(), scenes(), st.integers(-12, 12), st.integers(-8, 8))
+def test_law_scales_exactly_by_powers_of_two(law: AnyLaw, scene: Scene, length: int, time: int) -> None:
+    similarity = Similarity(2.0**length, 2.0**time)
+    expected = similarity.inputs_to_robot(first_command(law, scene))
+    np.testing.assert_array_equal(first_command(*scaled(law, scene, similarity)), expected)
+
+
+@given(laws(), scenes(), draw.log_uniform(1e-3, 1e3), draw.log_uniform(1e-2, 1e2))
+def test_law_scales_by_any_factor(law: AnyLaw, scene: Scene, length: float, time: float) -> None:
+    similarity = Similarity(length, time)
+    u = similarity.inputs_to_scenario(first_command(*scaled(law, scene, similarity)))
+    assert np.abs(u - first_command(law, scene)).max() <= tol.LAW * Sizes.of(scene).rounding(law)
+
+
+@every_law
+def test_order_of_robots_does_not_matter(law: AnyLaw) -> None:
+    scene, order = random_scene((9,)), np.array([4, 0, 8, 2, 7, 1, 3, 6, 5])
+    np.testing.assert_array_equal(first_command(law, at(scene, order)), first_command(law, scene)[order])
+
+
+@every_law
+@pytest.mark.parametrize("shape", [(1,), (7,), (2, 3), (0,), (3, 0)])
+def test_batch_is_exactly_its_members(law: AnyLaw, shape: tuple[int, ...]) -> None:
+    scene = random_scene(shape)
+    memory = law.init(*scene)
+    u, turns = law(*scene, memory)
+    assert u.shape == (*shape, 2)
+    assert turns.shape == shape
+    for index in np.ndindex(*shape):
+        alone = at(scene, index)
+        one, turn = law(*alone, law.init(*alone))
+        np.testing.assert_array_equal(u[index], one)
+        assert turns[index] == turn
+
+
+# -- contract ---------------------------------------------------------------------------------------
+
+
+@every_law
+def test_law_changes_nothing_it_is_given(law: AnyLaw) -> None:
+    """Every input is read-only, the memory too; and what is returned is not part of it."""
+    scene = random_scene((4,))
+    memory = law.init(*scene)
+    given_ = [*scene.follower, *scene.leader, memory]
+    for array in given_:
+        array.setflags(write=False)
+    u, after = law(*scene, memory)
+    assert not [array for array in given_ if np.shares_memory(array, u)]
+    np.testing.assert_array_equal(law(*scene, memory)[0], u)
+    np.testing.assert_array_equal(law(*scene, memory)[1], after)
+
+
+@every_law
+@pytest.mark.parametrize("shape", [(), (3,), (2, 4)])
+def test_law_needs_the_array_api_only(law: AnyLaw, shape: tuple[int, ...]) -> None:
+    scene = random_scene(shape)
+    strict = Scene(
+        Robots(*(array_api_strict.asarray(a) for a in scene.follower)),
+        Leader(*(array_api_strict.asarray(a) for a in scene.leader)),
+    )
+    u, memory = law(*strict, law.init(*strict))
+    again, _ = law(*strict, memory)
+    np.testing.assert_array_equal(np.asarray(u), first_command(law, scene))
+    np.testing.assert_array_equal(np.asarray(again), np.asarray(u))
+
+
+# -- the antipode -----------------------------------------------------------------------------------
+
+
+def behind(theta: float, y: float = 0.0) -> Scene:
+    """A follower 2 m behind a leader that drives straight on, y to the left of its axis."""
+    follower = Robots(np.array([-2.0, y, theta]), np.array([0.3, 0.0, 0.0]))
+    return Scene(follower, Leader(np.zeros(3), np.array([1.0, 0.0, 0.0]), np.zeros(2)))
+
+
+@every_law
+def test_pi_and_minus_pi_turn_opposite_ways(law: AnyLaw) -> None:
+    plus, minus = first_command(law, behind(PI)), first_command(law, behind(-PI))
+    assert plus[0] == minus[0]
+    assert plus[1] == -minus[1]
+    assert plus[1] < 0  # pi comes back clockwise
+
+
+@every_law
+@pytest.mark.parametrize("theta", [PI, -PI, 0.3, -2.0])
+def test_three_half_turns_are_one(law: AnyLaw, theta: float) -> None:
+    """A follower whole turns ahead is told the same, the antipode keeping its sign: 3 pi as pi, -3 pi as -pi."""
+    more = first_command(law, behind(theta + math.copysign(2 * PI, theta)))
+    np.testing.assert_allclose(more, first_command(law, behind(theta)), rtol=tol.HAND)
+
+
+@every_law
+def test_command_does_not_chatter_at_the_antipode(law: AnyLaw) -> None:
+    """A heading that trembles about pi keeps its branch, and the command trembles with it instead of changing sign.
+
+    The follower stands off the leader's axis: on it q_x changes sign at the antipode, and beta jumps as printed.
+    """
+    headings = PI + 1e-6 * np.sin(np.arange(60))
+    memory = law.init(*behind(3.0, y=1.0))
+    commands = []
+    for theta in headings:
+        u, memory = law(*behind(theta, y=1.0), memory)
+        commands.append(u)
+        assert memory == 0.0
+    assert np.ptp(commands, axis=0).max() < 100 * np.ptp(headings)
+    assert np.abs(commands).max(axis=0)[1] > law.kp
+
+
+@every_law
+def test_branch_changes_once_and_late(law: AnyLaw) -> None:
+    """A heading that keeps turning gives a turn up at pi + hysteresis; turning back it takes it at pi - hysteresis."""
+    ahead = np.linspace(0.0, 3 * PI, 1000)
+    memory, turns = law.init(*behind(0.0)), []
+    for theta in [*ahead, *ahead[::-1]]:
+        _, memory = law(*behind(theta), memory)
+        turns.append(float(memory))
+    changes = np.flatnonzero(np.diff(turns))
+    headings = [[*ahead, *ahead[::-1]][i + 1] for i in changes]
+    step = ahead[1]
+    assert len(changes) == 2
+    assert 0 < headings[0] - (PI + law.hysteresis) <= step
+    assert 0 < (PI - law.hysteresis) - headings[1] <= step
+
+
+@given(st.sampled_from(EXAMPLES), st.lists(st.floats(-3.0, 3.0), min_size=1, max_size=40))
+def test_commands_stay_finite_however_the_follower_turns(law: AnyLaw, steps: list[float]) -> None:
+    """The singularity of log at a relative heading of 2 pi is out of reach while a period turns less than pi - 0.25."""
+    theta = 0.0
+    memory = law.init(*behind(theta))
+    for step in steps:
+        theta += np.clip(step, -2.8, 2.8)
+        u, memory = law(*behind(theta), memory)
+        assert abs(theta - 2 * PI * float(memory)) <= PI + law.hysteresis
+        assert np.abs(u).max() < 1e3
+
+
+# -- dead zones -------------------------------------------------------------------------------------
+
+
+def on_target(xi_0: tuple[float, float, float], u_0: tuple[float, float]) -> Scene:
+    g, xi = np.array([0.4, -0.3, 2.0]), np.array(xi_0)
+    return Scene(Robots(g, xi), Leader(g.copy(), xi.copy(), np.array(u_0)))
+
+
+@pytest.mark.parametrize("variant", ["published", "full"])
+@pytest.mark.parametrize("xi_0", [(0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (-1.0, 0.0, 0.5), (0.0, 0.0, 2.0)])
+def test_on_target_the_command_is_the_feedforward(variant: str, xi_0: tuple[float, float, float]) -> None:
+    """Pose and twist of the leader: 0/0 in beta, and in the adjoint attitude where the leader rests, count as 0."""
+    law = replace(EXAMPLES[0], variant=variant)
+    np.testing.assert_array_equal(first_command(law, on_target(xi_0, (0.7, -0.2))), [0.7, -0.2])
+
+
+def test_stabiliser_on_target_commands_nothing() -> None:
+    np.testing.assert_array_equal(first_command(EXAMPLES[2], on_target((0.0, 0.0, 0.0), (0.0, 0.0))), [0.0, 0.0])
+
+
+@every_law
+def test_beta_is_noise_within_its_dead_zone(law: AnyLaw) -> None:
+    """|q| just inside the dead zone: no steering; just outside: k beta of it."""
+    law = replace(law, dead_zone_length=1e-3)
+    steering = []
+    for size in (0.999e-3, 1.001e-3):
+        follower = Robots(np.array([0.6 * size, 0.8 * size, 0.0]), np.zeros(3))
+        steering.append(first_command(law, Scene(follower, Leader(np.zeros(3), np.zeros(3), np.zeros(2))))[1])
+    assert steering == [0.0, pytest.approx(law.kp * law.k * math.atan(0.8 / 0.6), rel=tol.HAND)]
+
+
+@pytest.mark.parametrize("variant", ["published", "full"])
+def test_adjoint_attitude_is_noise_within_its_dead_zone(variant: str) -> None:
+    """A leader turning slower than the dead zone in place asks for no attitude, a faster one for +-pi/2."""
+    law = Published(4.0, 6.0, 2.0, 7.0, variant=variant, dead_zone_speed=1e-3)
+    steering = []
+    for omega in (0.999e-3, 1.001e-3):
+        leader = Leader(np.zeros(3), np.array([0.0, 0.0, omega]), np.zeros(2))
+        steering.append(first_command(law, Scene(Robots(np.array([1.0, 0.0, 0.0]), leader.xi), leader))[1])
+    assert steering == [0.0, pytest.approx(2.0 * PI / 2, rel=tol.HAND)]
+
+
+@given(laws(), draw.lengths, draw.lengths, draw.branch_angles)
+@example(EXAMPLES[0], 0.0, 0.0, PI)
+@example(EXAMPLES[2], 0.0, -1e-300, -PI)
+def test_a_leader_at_rest_asks_for_finite_commands(law: AnyLaw, x: float, y: float, theta: float) -> None:
+    follower = Robots(np.array([x, y, theta]), np.zeros(3))
+    u = first_command(law, Scene(follower, Leader(np.zeros(3), np.zeros(3), np.zeros(2))))
+    assert np.isfinite(u).all()
+
+
+# -- Bullo's lemma ----------------------------------------------------------------------------------
+
+
+def log_paper(g: np.ndarray) -> np.ndarray:
+    """(q_x, q_y, theta) by scipy's matrix logarithm."""
+    theta, x, y = independent.vee(np.real(logm(independent.pose_matrix(g))))
+    return np.array([x, y, theta])
+
+
+@given(st.tuples(places, places, st.floats(-3.1, 3.1)).map(np.array), draw.triples(speeds))
+def test_log_feedback_is_the_matrix_logarithm(g: np.ndarray, xi: np.ndarray) -> None:
+    expected = -2.0 * log_paper(g) - 3.0 * xi
+    np.testing.assert_allclose(log_feedback(g, xi, 2.0, 3.0), expected, rtol=tol.LOGM, atol=tol.LOGM * 20)
+
+
+def test_log_feedback_stabilises_a_fully_actuated_body() -> None:
+    """From random |theta| < pi; the heading obeys theta'' = -kp theta - kd theta' and its energy only falls."""
+    kp, kd, bodies = 1.0, 2.5, 40
+    rng = np.random.default_rng(5)
+    reach, push = np.array([10.0, 10.0, 0.999 * PI]), np.array([2.0, 2.0, 0.2])
+    start = np.concatenate([rng.uniform(-reach, reach, (bodies, 3)), rng.uniform(-push, push, (bodies, 3))], axis=-1)
+
+    def rate(_: float, flat: np.ndarray) -> np.ndarray:
+        g, xi = np.split(flat.reshape(bodies, 6), 2, axis=-1)
+        velocity = np.concatenate([se2.rotate(g[:, 2], xi[:, :2]), xi[:, 2:]], axis=-1)
+        return np.concatenate([velocity, log_feedback(g, xi, kp, kd)], axis=-1).ravel()
+
+    times = np.linspace(0.0, 40.0, 81)
+    solution = solve_ivp(rate, (0.0, 40.0), start.ravel(), method="DOP853", rtol=1e-10, atol=1e-12, t_eval=times)
+    path = solution.y.T.reshape(len(times), bodies, 6)
+    linear = [expm(np.array([[0.0, 1.0], [-kp, -kd]]) * t) @ start[:, [2, 5]].T for t in times]
+    np.testing.assert_allclose(path[..., [2, 5]], np.moveaxis(linear, 1, 2), atol=tol.ODE)
+    energy = kp * path[..., 2] ** 2 + path[..., 5] ** 2
+    assert (np.diff(energy, axis=0) <= tol.ODE).all()
+    size = np.linalg.norm(path, axis=-1)
+    assert (size[-1] <= tol.SETTLED * size[0]).all()
+    assert (size[40] <= 1e-2 * size[0]).all()
+
+
+# -- what the laws do in the long run: THEORY's findings, measured ------------------------------------
+
+RATE = 50.0  # [Hz]
+
+
+class Errors(NamedTuple):
+    """Worst position [m] and heading [rad] errors over a share at the end of each run, shape (runs,)."""
+
+    position: np.ndarray
+    heading: np.ndarray
+
+
+def starts(count: int, reach: float = 10.0) -> np.ndarray:
+    """Follower poses (count, 3) anywhere in a square, any heading."""
+    rng = np.random.default_rng(2024)
+    return np.concatenate([rng.uniform(-reach, reach, (count, 2)), rng.uniform(-PI, PI, (count, 1))], axis=-1)
+
+
+def chase(law: AnyLaw, poses: np.ndarray, leader_twist: tuple[float, float], duration: float) -> Errors:
+    """Late errors of followers at rest that chase a leader of constant twist, all runs in one batch."""
+    g = np.stack([np.zeros_like(poses), poses], axis=-2)
+    xi = np.zeros_like(g)
+    xi[:, 0, 0], xi[:, 0, 2] = leader_twist
+    network = Network.from_parents({"leader": (), "follower": ("leader",)})
+    periods = round(duration * RATE)
+    inputs = np.zeros((periods, len(poses), 2))
+    done = rollout(IdealSimulation(network.names, DRIVE, 1 / RATE), law, network, inputs, State(0.0, g, xi))
+    assert done.failure is None
+    late = done.variables["error"][-periods // 5 :, :, 1]
+    return Errors(np.hypot(late[..., 0], late[..., 1]).max(axis=0), np.abs(late[..., 2]).max(axis=0))
+
+
+def converged(errors: Errors) -> np.ndarray:
+    return (errors.position < tol.CONVERGED) & (errors.heading < tol.CONVERGED)
+
+
+@pytest.mark.slow
+def test_lemma_1_above_the_bound_every_start_converges() -> None:
+    """k = 6 > 2 and kd > 2 sqrt(kp): position and heading."""
+    law = Stabiliser(4.0, 4.2, 6.0, dead_zone_length=1e-9)
+    assert converged(chase(law, starts(100), (0.0, 0.0), 30.0)).all()
+
+
+@pytest.mark.slow
+def test_lemma_1_below_the_bound_no_start_converges() -> None:
+    """k = 1.5 < 2, which the paper does not exclude: every follower stops abreast of the leader and turned away.
+
+    There q_x = 0 holds it in place and beta = +-pi/2 holds its heading at +-k pi/2, at any distance.
+    """
+    errors = chase(Stabiliser(4.0, 4.2, 1.5, dead_zone_length=1e-9), starts(100), (0.0, 0.0), 40.0)
+    np.testing.assert_allclose(errors.heading, 1.5 * PI / 2, atol=tol.CONVERGED)
+    assert errors.position.max() > 1.0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("variant", ["published", "full"])
+def test_theorem_1_leader_at_rest_above_the_bound_every_start_converges(variant: str) -> None:
+    """k_eff = k kp/(kp + ke) = 6 > 2."""
+    law = Published(4.0, 4.2, 1.0, 7.5, variant=variant, dead_zone_length=1e-9, dead_zone_speed=1e-9)
+    assert converged(chase(law, starts(100), (0.0, 0.0), 30.0)).all()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("variant", ["published", "full"])
+@pytest.mark.parametrize("twist", [(1.0, 0.0), (1.0, 0.5)], ids=["line", "circle"])
+def test_theorem_1_moving_leader_no_start_converges(variant: str, twist: tuple[float, float]) -> None:
+    """The paper claims global asymptotic tracking; measured, every start ends on a cycle around the leader instead.
+
+    Gains above both bounds. The cycle stays: bounded in position, and of a size in heading.
+    """
+    law = Published(4.0, 6.0, 2.0, 7.0, variant=variant, dead_zone_length=1e-9, dead_zone_speed=1e-9)
+    errors = chase(law, starts(50), twist, 60.0)
+    assert not converged(errors).any()
+    assert errors.position.max() < 1.0
+    assert errors.position.min() > 0.02
+    assert errors.heading.min() > 0.1
+    assert errors.heading.max() < PI / 2
