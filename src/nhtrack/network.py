@@ -51,12 +51,14 @@ class Network:
     Attributes:
         names: the robots, root first, the others in the order given.
         parents: indices of each robot's parents, in the order given; () for the root.
+        weights: lambda of each fold over a robot's parents (paper eq. 30), one fewer than the parents, in [0, 1].
         levels: indices of the robots by the length of the longest way from the root, shape (robots of the
             level,); level 0 is the root. A robot's parents all lie in earlier levels.
     """
 
     names: tuple[str, ...]
     parents: tuple[tuple[int, ...], ...]
+    weights: tuple[tuple[float, ...], ...]
     levels: tuple[np.ndarray, ...]
 
     def __len__(self) -> int:
@@ -64,15 +66,22 @@ class Network:
         return len(self.names)
 
     @classmethod
-    def from_parents(cls, parents: Mapping[str, Sequence[str]]) -> Network:
+    def from_parents(
+        cls, parents: Mapping[str, Sequence[str]], weights: Mapping[str, Sequence[float]] | None = None
+    ) -> Network:
         """Returns the network of every robot's list of parents; the root is the robot with an empty list.
+
+        Args:
+            parents: names of every robot's parents, in the order in which they are folded.
+            weights: lambda of each fold for the robots that do not take equal shares of their parents.
 
         Raises:
             NetworkError: no root or several, an unknown or repeated parent, a robot tracking itself, a cycle,
             or a robot the
-                root does not reach.
+                root does not reach; weights that are not one fewer than the parents or not in [0, 1].
         """
-        faults = network_faults(parents)
+        given = {name: tuple(values) for name, values in (weights or {}).items()}
+        faults = [*network_faults(parents), *weight_faults(parents, given)]
         if faults:
             raise NetworkError(faults)
         graph = _graph(parents)
@@ -83,7 +92,42 @@ class Network:
             np.array(sorted(index[name] for name in level), dtype=np.intp)
             for level in nx.topological_generations(graph)
         )
-        return cls(names, tuple(tuple(index[parent] for parent in parents[name]) for name in names), levels)
+        folds = tuple(given.get(name, equal_weights(len(parents[name]))) for name in names)
+        return cls(names, tuple(tuple(index[parent] for parent in parents[name]) for name in names), folds, levels)
+
+    def folds(self, robots: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Returns parents, shape (m, M), and fold weights, shape (m, M - 1), of m robots of one level as arrays.
+
+        Robots with fewer than M parents repeat their last one with weight 0, which leaves a fold where it is.
+        """
+        most = max(len(self.parents[robot]) for robot in robots)
+        missing = [most - len(self.parents[robot]) for robot in robots]
+        parents = [self.parents[robot] + self.parents[robot][-1:] * n for robot, n in zip(robots, missing, strict=True)]
+        weights = [self.weights[robot] + (0.0,) * n for robot, n in zip(robots, missing, strict=True)]
+        return np.array(parents, dtype=np.intp), np.array(weights).reshape(len(robots), most - 1)
+
+
+def equal_weights(parents: int) -> tuple[float, ...]:
+    """Returns the weights that give every one of so many parents the same share: 1/2, 1/3, ..."""
+    return tuple(1 / (fold + 1) for fold in range(1, parents))
+
+
+def weight_faults(
+    parents: Mapping[str, Sequence[str]], weights: Mapping[str, Sequence[float]]
+) -> list[NetworkFault]:
+    """Returns what keeps weights from being those of a mapping from robot to parents; empty if nothing does."""
+    faults = []
+    for name, values in weights.items():
+        expected = max(len(parents.get(name, ())) - 1, 0)
+        if len(values) != expected:
+            message = f"expected {expected} weights, one fewer than the parents, got {len(values)}"
+            faults.append(NetworkFault(name, None, message))
+        faults += [
+            NetworkFault(name, None, f"expected weights from 0 to 1, got {value:g}")
+            for value in values
+            if not 0 <= value <= 1
+        ]
+    return faults
 
 
 def network_faults(parents: Mapping[str, Sequence[str]]) -> list[NetworkFault]:

@@ -5,14 +5,15 @@ folded so far towards the next parent along the geodesic between them,
 
     g_c = g_a exp(lambda X),  X = log(g_a^-1 g_b).
 
-The paper gives it the same combination of twists and inputs, which is not its velocity (docs/theory.md, slip 5); `exact`
+The paper gives it the same combination of twists and inputs, which is not its velocity (docs/theory.md); `exact`
 differentiates the geodesic instead.
 """
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from math import pi
-from typing import Literal, TypeAlias
+from typing import Literal, NamedTuple, TypeAlias
 
 from nhtrack import se2
 from nhtrack.arrays import Array, namespace
@@ -67,26 +68,21 @@ def fold(a: Leader, b: Leader, weight: Array, combination: Combination, turns: A
 
 
 def displace(
-    leader: Leader,
-    offset: Array,
-    transform: Transform,
-    dead_zone_speed: float,
-    attitude_acceleration: Array | float = 0.0,
+    leader: Leader, offset: Array, transform: Transform, dead_zone_speed: float
 ) -> tuple[Leader, Array]:
     """Returns the leader moved to a place in its own frame, `g_a = g_c gbar` (Theorem 3), and the rate of thetabar.
 
     gbar = (xbar, ybar, thetabar), with V = (v_c - omega_c ybar, v_yc + omega_c xbar) the velocity that a point fixed
     there has and thetabar = arctan(V_y/V_x) its direction (paper eq. 35, with v_c and omega_c read for v_x0 and
     omega_ci i), so that the displaced leader has no lateral velocity. `printed` carries the twist and input rigidly,
-    `Ad_{gbar^-1}`, as if thetabar stood still; `exact` adds its motion: omega_a = omega_c + thetabar',
-    u_theta,a = u_theta,c + thetabar''.
+    `Ad_{gbar^-1}`, as if thetabar stood still; `exact` adds its rate, omega_a = omega_c + thetabar'. The other half of
+    its motion, u_theta,a = u_theta,c + thetabar'', takes the leader's jerk, so the caller adds it (`VirtualLeader`).
 
     Args:
         leader: what to displace, shapes (..., 3).
         offset: places (xbar, ybar) [m], shape (..., 2).
         transform: whether thetabar's motion is left out or added.
-        dead_zone_speed: |V| below which thetabar is taken as 0 [m/s].
-        attitude_acceleration: thetabar'' [rad/s^2], which takes the leader's jerk and so must come from outside.
+        dead_zone_speed: |V| below which thetabar and its rate are taken as 0 [m/s].
     """
     xp = namespace(leader.g, offset)
     x, y = offset[..., 0], offset[..., 1]
@@ -100,13 +96,78 @@ def displace(
     rate = xp.where(moving, cross / xp.where(moving, square, xp.ones_like(square)), xp.zeros_like(square))
     gbar = xp.stack(xp.broadcast_arrays(x, y, attitude), axis=-1)
     turn = xp.stack([zero, zero, attitude], axis=-1)
-    along = xp.asarray([1.0, 0.0, 1.0])  # no lateral part: of xi by the choice of thetabar, of u because the law has none
+    along = xp.asarray([1.0, 0.0, 1.0])  # no lateral part: of xi by the choice of thetabar, and so of its rate
     xi, u = along * se2.Ad_inverse(turn, point), along * se2.Ad_inverse(turn, force)
     if transform == "exact":
-        spin = xp.stack(xp.broadcast_arrays(zero, zero, rate), axis=-1)
-        swing = xp.stack(xp.broadcast_arrays(zero, zero, zero + attitude_acceleration), axis=-1)
-        xi, u = xi + spin, u + swing
+        xi = xi + xp.stack(xp.broadcast_arrays(zero, zero, rate), axis=-1)
     return Leader(se2.compose(leader.g, gbar), xi, u), rate
+
+
+class VirtualMemory(NamedTuple):
+    """Memory of a `VirtualLeader`.
+
+    Attributes:
+        turns: winding numbers of the heading between the parents of each fold, shape (..., m), one array a fold.
+        rate: thetabar' of the last period [rad/s], shape (..., m), or None at the start.
+    """
+
+    turns: tuple[Array, ...]
+    rate: Array | None
+
+
+@dataclass(frozen=True)
+class VirtualLeader:
+    """What m followers of one level track, made from their parents: folds first, then the displacement.
+
+    Attributes:
+        weights: lambda of each fold, shape (m, M - 1) for M parents.
+        offsets: places in the frame of the folded leader [m], shape (m, 2).
+        dt: control period, over which thetabar'' is taken as a difference [s].
+        combination: twist of a folded leader, see `fold`.
+        transform: twist of a displaced leader, see `displace`.
+        dead_zone_speed: speed below which thetabar is taken as 0 [m/s].
+    """
+
+    weights: Array
+    offsets: Array
+    dt: float
+    combination: Combination = "convex"
+    transform: Transform = "printed"
+    dead_zone_speed: float = 0.0
+
+    def init(self, parents: Leader) -> VirtualMemory:
+        """Returns the memory to begin with; `parents` as in a call."""
+        return VirtualMemory(self._fold(parents, None)[1], None)
+
+    def __call__(self, parents: Leader, memory: VirtualMemory) -> tuple[Leader, VirtualMemory]:
+        """Returns what each follower tracks, shapes (..., m, 3), and the memory for the next period.
+
+        Args:
+            parents: of each follower, shapes (..., m, M, 3).
+            memory: of the last call.
+        """
+        xp = namespace(parents.g)
+        leader, turns = self._fold(parents, memory.turns)
+        placed = xp.any(self.offsets != 0, axis=-1)
+        if not xp.any(placed):
+            return leader, VirtualMemory(turns, None)
+        moved, rate = displace(leader, self.offsets, self.transform, self.dead_zone_speed)
+        if self.transform == "exact":
+            before = rate if memory.rate is None else memory.rate
+            swing = xp.stack([0 * rate, 0 * rate, (rate - before) / self.dt], axis=-1)
+            moved = moved._replace(u=moved.u + swing)
+        chosen = (xp.where(placed[..., None], there, here) for there, here in zip(moved, leader, strict=True))
+        return Leader(*chosen), VirtualMemory(turns, rate)
+
+    def _fold(self, parents: Leader, turns: tuple[Array, ...] | None) -> tuple[Leader, tuple[Array, ...]]:
+        """Returns the folded leaders, shapes (..., m, 3), and the winding numbers of the folds."""
+        folded, found = Leader(*(values[..., 0, :] for values in parents)), []
+        for i in range(self.weights.shape[-1]):
+            next_parent = Leader(*(values[..., i + 1, :] for values in parents))
+            before = None if turns is None else turns[i]
+            folded, turn = fold(folded, next_parent, self.weights[..., i], self.combination, before)
+            found.append(turn)
+        return folded, tuple(found)
 
 
 def _apply(matrices: Array, vectors: Array) -> Array:

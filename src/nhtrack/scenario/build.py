@@ -23,9 +23,9 @@ class Experiment:
         network: who tracks whom.
         law: what every follower obeys.
         start: the state to begin with, shape (n, 3).
-        inputs: accelerations (u_x, u_theta) of the root for each control period, shape (periods, 2): the reference at
-            the middle of the period, which makes a held input follow a smooth one to second order and a piecewise
-            constant one exactly.
+        inputs: accelerations (u_x, u_theta) of the root for each control period, shape (periods, 2): the
+            reference at the middle of the period, which makes a held input follow a smooth one to second
+            order and a piecewise constant one exactly.
         dt: control period [s].
         similarity: scenario units to the robot's.
         scene: what to compose for MuJoCo.

@@ -155,10 +155,12 @@ def _network_findings(tree: Mapping[str, Any]) -> Iterator[Finding]:
         place[name] = i
         # A list that cannot be read is the schema's fault to report; for the graph it tracks the leader.
         parents[name] = _names(lookup(follower, ("parents",))) or (leader,)
-        if len(parents[name]) > 1:
-            count = len(parents[name])
-            message = f"expected exactly one parent, got {count}: consensus over several is not here yet"
-            yield ("followers", i, "parents"), message
+        given = lookup(follower, ("weights",))
+        if isinstance(given, list) and _names(lookup(follower, ("parents",))):
+            expected = len(parents[name]) - 1
+            if len(given) != expected:
+                message = f"expected {expected} weights, one fewer than the parents, got {len(given)}"
+                yield ("followers", i, "weights"), message
     # Where a name cannot be read, "no such robot" could blame the line that spells it right.
     every_name_known = all(isinstance(lookup(follower, ("name",)), str) for follower in followers)
     for fault in network_faults(parents):

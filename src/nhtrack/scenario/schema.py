@@ -94,6 +94,8 @@ def _even(pixels: int) -> int:
 
 # YAML lists become tuples, which stay frozen; only the container is converted, never what is in it.
 Pose: TypeAlias = Annotated[tuple[float, float, float], Field(strict=False)]
+Place: TypeAlias = Annotated[tuple[float, float], Field(strict=False)]
+Weight: TypeAlias = Annotated[float, Field(ge=0, le=1)]
 PlanarTwist: TypeAlias = Annotated[tuple[float, float], Field(strict=False)]
 Name: TypeAlias = Annotated[str, AfterValidator(_robot_name)]
 Formula: TypeAlias = Annotated[str, AfterValidator(_formula)]
@@ -256,7 +258,16 @@ class Follower(Section):
 
     name: Name = Field(description="how others and results call it")
     parents: Annotated[tuple[Name, ...], Field(strict=False, min_length=1)] = Field(
-        description="the robots it tracks, by name; exactly one in this version"
+        description="the robots it tracks, by name; several are folded, in this order, into one virtual leader"
+    )
+    weights: Annotated[tuple[Weight, ...], Field(strict=False)] | None = Field(
+        default=None,
+        description="lambda of each fold, one fewer than the parents: 0 keeps what is folded so far, 1 takes the next "
+        "parent; null gives every parent the same share [1]",
+    )
+    offset: Place = Field(
+        default=(0.0, 0.0),
+        description="its place in the frame of its (virtual) leader: x ahead, y left [scenario length]",
     )
     start: Start = Field(description="where it begins")
 
@@ -343,6 +354,16 @@ class Scenario(Section):
     followers: Annotated[tuple[Follower, ...], Field(strict=False, min_length=1)] = Field(
         description="the robots that track others"
     )
+    virtual_leader: Literal["convex", "exact"] = Field(
+        default="convex",
+        description="twist of a virtual leader between several parents: `convex` combines theirs, as the paper prints "
+        "it; `exact` differentiates the geodesic between them",
+    )
+    formation: Literal["printed", "exact"] = Field(
+        default="printed",
+        description="twist of a leader displaced by `offset`: `printed` as if its attitude stood still, as in the "
+        "paper; `exact` with the attitude's motion",
+    )
     law: Law = Field(description="the law every follower obeys, with gains in scenario units")
     video: Video = Field(default=Video(), description="how the film of the run is made")
 
@@ -355,3 +376,8 @@ class Scenario(Section):
     def parents(self) -> dict[str, tuple[str, ...]]:
         """Parents of every robot by name, root first; what `nhtrack.network.Network.from_parents` takes."""
         return {self.leader.name: ()} | {follower.name: follower.parents for follower in self.followers}
+
+    @property
+    def weights(self) -> dict[str, tuple[float, ...]]:
+        """Fold weights of the followers that give them; what `nhtrack.network.Network.from_parents` takes."""
+        return {follower.name: follower.weights for follower in self.followers if follower.weights is not None}
