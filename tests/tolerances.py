@@ -87,13 +87,22 @@ SCENE_COUPLING = 1e-9  # [m] and [rad]
 
 # -- Friction --------------------------------------------------------------------------------------
 
-# MuJoCo's least friction, 1e-5, moves nothing by more than g 1e-5 t^2/2 = 4.4e-4 m in 3 s.
+# MuJoCo's least friction is 1e-5: it moves nothing by more than g 1e-5 t^2/2 = 4.4e-4 m in 3 s. What the rate
+# correction does to that force is smaller still: measured 1.3e-7, against millimetres with friction 1.
 ICE_DRIFT = 5e-4  # [m]
-SAME_ON_ICE = 1e-9
+SAME_ON_ICE = 1e-6  # [m] and [rad]
+
+# A known law of the contact rows; measured within 1e-4 of it, the law being linear in the slip.
 TURNING_SLIP = 0.02
+# Break-away: share of the parameter within which a limit is met. Wheel loads leave out products of inertia (0.3 %).
 BREAK_AWAY = 0.01
+# Utilisation measured from contact forces against the reduced model's, steady motion; measured 2e-3.
 UTILISATION = 0.005
-CREEP = 1e-5
-MOTOR_BALANCE = 1e-3
-REST_DRIFT = 1e-9
-SYMMETRY = 1e-9
+# Creep of regularised friction below the limit; measured 1e-6 m/s in turns, 2e-8 straight on.
+CREEP = 1e-5  # [m/s], and how near to 1 a sliding wheel's utilisation is
+# Acceleration under saturated motors against the reduced model's; measured 2e-7.
+MOTOR_BALANCE = 1e-5  # [m/s^2] and [rad/s^2]
+# Placed a nanometre into the floor, robots rise by it in the first moments and may roll by less.
+REST_DRIFT = 1e-9  # [m] and [rad] in 10 s
+# Rounding, over thousands of steps in which nothing amplifies it; measured 5e-14.
+SYMMETRY = 1e-9  # [m], [rad], [m/s], [rad/s]

@@ -1,0 +1,259 @@
+"""Friction alone holds the robots: what happens without it, at its limit, and what must not happen below it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import mujoco
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+
+from motions import AT_REST, Run, drive, make_simulation, middles, state, weaving
+from nhtrack import se2
+from nhtrack.diffdrive import DiffDrive
+from nhtrack.errors import SimulationDiverged
+from nhtrack.simulation.mujoco import MujocoSimulation, contact_damping
+from nhtrack.simulation.scene import SceneSpec, make_scene
+from nhtrack.simulation.state import State
+from tolerances import (
+    BREAK_AWAY,
+    CREEP,
+    ICE_DRIFT,
+    MOTOR_BALANCE,
+    REST_DRIFT,
+    SAME_ON_ICE,
+    SYMMETRY,
+    TURNING_SLIP,
+    UTILISATION,
+)
+
+pytestmark = pytest.mark.slow
+
+ONE = SceneSpec(("robot",))
+
+
+class TestIce:
+    """Without friction nothing holds; MuJoCo's least coefficient is 1e-5."""
+
+    def run(self, rate_correction: bool, friction: float = 0.0) -> Run:
+        simulation = make_simulation(
+            replace(ONE, friction=friction, rate_correction=rate_correction), dt=0.01
+        )
+        inputs = weaving(middles(3.0, 0.01))[:, None]
+        return drive(
+            simulation, inputs, state(((0, 0, 0), (0.2, 1.0))), ("wheel_speed", "friction_utilisation")
+        )
+
+    def test_the_rate_correction_does_nothing(self) -> None:
+        """It is a bias inside the friction rows, not a force of its own: without friction it moves nothing."""
+        with_it, without = self.run(True), self.run(False)
+        np.testing.assert_allclose(with_it.g, without.g, rtol=0, atol=SAME_ON_ICE)
+        on_rubber = [self.run(rate_correction, friction=1.0).g[-1] for rate_correction in (True, False)]
+        assert np.abs(on_rubber[0] - on_rubber[1]).max() > 1000 * SAME_ON_ICE
+
+    def test_wheels_spin_and_the_robot_does_as_newton_says(self) -> None:
+        run = self.run(True)
+        simulation = make_simulation(replace(ONE, friction=0.0))
+        assert np.abs(run.telemetry["wheel_speed"]).max() > 0.9 * simulation.drive.motor.no_load_speed
+        assert np.isposinf(run.telemetry["friction_utilisation"][-1]).all()
+        # The CoM flies straight on; the chassis turns about it at its first yaw rate.
+        com = se2.act(run.g[:, 0], np.array(simulation.drive.com[:2]))
+        velocity = np.array([0.2, 1.0 * simulation.drive.com[0]])
+        np.testing.assert_allclose(com, com[0] + run.time[:, None] * velocity, rtol=0, atol=ICE_DRIFT)
+        np.testing.assert_allclose(
+            run.g[:, 0, 2], run.time, rtol=0, atol=ICE_DRIFT / simulation.drive.half_separation
+        )
+
+
+class TestTurningSlip:
+    """MuJoCo leaves the rate of the contact frame out of its rows: a turning wheel slides at v omega / b."""
+
+    @pytest.mark.parametrize("solref", [None, (0.004, 1), (0.01, 1), (0.02, 1)], ids=str)
+    @pytest.mark.parametrize("twist", [(0.3, 2.0), (0.2, -1.5), (-0.2, 1.0)], ids=str)
+    def test_law(self, solref: tuple | None, twist: tuple) -> None:
+        scene = make_scene(replace(ONE, rate_correction=False))
+        tyres = scene.addresses.tyres.ravel()
+        if solref is not None:
+            scene.model.geom_solref[tyres] = solref
+        damping = contact_damping(scene.model, int(tyres[0]))
+        timeconst = 2 * ONE.timestep if solref is None else solref[0]
+        assert damping == pytest.approx(2 / (0.9999 * timeconst))
+        run = drive(
+            MujocoSimulation(scene, 0.01), np.zeros((30, 1, 2)), state(((0, 0, 0), twist)), ("lateral_slip",)
+        )
+        # Positions move by velocities half a step old: half a step of it is no slip of theirs.
+        rate = run.xi[-1, 0, 0] * run.xi[-1, 0, 2]
+        expected = -rate * (1 / damping - ONE.timestep / 2)
+        assert run.telemetry["lateral_slip"][-1, 0] == pytest.approx(expected, rel=TURNING_SLIP)
+
+    def test_law_in_mujocos_own_reading(self) -> None:
+        """The same without this project's simulation: `mj_step`, velocity and heading as MuJoCo pairs them."""
+        scene = make_scene(replace(ONE, rate_correction=False))
+        model, data, at = scene.model, mujoco.MjData(scene.model), scene.addresses
+        model.geom_solref[at.tyres.ravel()] = 0.01, 1
+        pose, twist = np.zeros((1, 3)), np.array([[0.3, 0.0, 2.0]])
+        data.qpos, data.qvel = scene.qpos_of(pose, np.zeros((1, 2))), scene.qvel_of(pose, twist)
+        for _ in range(200):
+            v, omega = np.hypot(*data.qvel[at.root_qvel[0] :][:2]), data.qvel[at.root_qvel[0] + 5]
+            zero = np.zeros(())
+            data.ctrl[at.motors[0]] = scene.drive.wheel_torques(v, omega, zero, zero)
+            mujoco.mj_step(model, data)
+        v_x, v_y = data.qvel[at.root_qvel[0] :][:2]
+        w, z = data.qpos[at.root_qpos[0] + 3], data.qpos[at.root_qpos[0] + 6]
+        theta = 2 * np.arctan2(z, w)
+        lateral, forward = (
+            np.cos(theta) * v_y - np.sin(theta) * v_x,
+            np.cos(theta) * v_x + np.sin(theta) * v_y,
+        )
+        expected = -forward * omega / contact_damping(model, int(at.tyres[0, 0]))
+        assert lateral == pytest.approx(expected, rel=TURNING_SLIP)
+
+
+Motion = tuple[float, float, float, float]  # v, omega, u_x, u_theta
+
+
+@dataclass(frozen=True)
+class Manoeuvre:
+    """A motion that asks for more friction the larger its parameter s; friction coefficient, duration [s]."""
+
+    motion: Callable[[float], Motion]
+    friction: float
+    duration: float
+    largest: float
+
+    def arrays(self, s: float) -> tuple[np.ndarray, ...]:
+        return tuple(np.array(float(value)) for value in self.motion(s))
+
+
+MANOEUVRES = {
+    "speeding up": Manoeuvre(lambda s: (0, 0, s, 0), 0.15, 0.05, 5.0),
+    "braking": Manoeuvre(lambda s: (0.5, 0, -s, 0), 0.15, 0.05, 5.0),
+    "turning": Manoeuvre(lambda s: (0.3, s, 0, 0), 0.2, 0.2, 20.0),
+    "spinning up": Manoeuvre(lambda s: (0, 0, 0, s), 0.1, 0.01, 80.0),
+}
+SEEN = ("lateral_slip", "longitudinal_slip", "friction_utilisation", "torque_saturation", "wheel_load")
+
+
+def run_side_by_side(manoeuvre: Manoeuvre, parameters: np.ndarray) -> Run:
+    """Returns a batch of runs, one for each parameter."""
+    v, omega, u_x, u_theta = (
+        np.array(column) for column in zip(*map(manoeuvre.arrays, parameters), strict=True)
+    )
+    xi = np.stack([v, np.zeros_like(v), omega], axis=-1)[:, None]
+    simulation = make_simulation(replace(ONE, friction=manoeuvre.friction), dt=0.01, batch=(len(parameters),))
+    u = np.stack([u_x, u_theta], axis=-1)[:, None]
+    periods = round(manoeuvre.duration / 0.01)
+    run = drive(simulation, np.broadcast_to(u, (periods, *u.shape)), State(0.0, np.zeros_like(xi), xi), SEEN)
+    assert not run.telemetry["torque_saturation"].any()
+    return run
+
+
+def largest_utilisation(model: DiffDrive, manoeuvre: Manoeuvre, s: float) -> float:
+    return float(model.friction_utilisation(*manoeuvre.arrays(s), manoeuvre.friction).max())
+
+
+def sideways_reserve(model: DiffDrive, manoeuvre: Manoeuvre, s: float) -> float:
+    """What the two wheels together can still bear sideways [N], each within its own Coulomb circle."""
+    motion = manoeuvre.arrays(s)
+    wrench, load = model.ground_wrench(*motion), model.wheel_loads(*motion)
+    forward = (wrench.f_x + np.array([-1, 1]) * wrench.tau / model.half_separation) / 2
+    circle = (manoeuvre.friction * load) ** 2 - forward**2
+    return float((np.sign(circle) * np.sqrt(np.abs(circle))).sum() - abs(wrench.f_y))
+
+
+@pytest.mark.parametrize("name", MANOEUVRES)
+class TestBreakAway:
+    def test_a_wheel_reaches_its_limit_where_the_reduced_model_says(self, name: str) -> None:
+        manoeuvre, model = MANOEUVRES[name], make_scene(ONE).drive
+        limit = brentq(lambda s: largest_utilisation(model, manoeuvre, s) - 1, 1e-3, manoeuvre.largest)
+        parameters = limit * np.array([0.5, 1 - BREAK_AWAY, 1 + BREAK_AWAY])
+        found = (
+            run_side_by_side(manoeuvre, parameters).telemetry["friction_utilisation"][-1, :, 0].max(axis=-1)
+        )
+        expected = [largest_utilisation(model, manoeuvre, s) for s in parameters]
+        np.testing.assert_allclose(found[:2], expected[:2], rtol=0, atol=UTILISATION)
+        assert found[1] < 1
+        assert found[2] == pytest.approx(1, abs=CREEP)  # a Coulomb force does not leave its cone
+
+    def test_the_axle_slides_where_both_wheels_have(self, name: str) -> None:
+        """A wheel at its limit passes the rest of the side force to the other; only then does the axle slide."""
+        manoeuvre, model = MANOEUVRES[name], make_scene(ONE).drive
+        limit = brentq(lambda s: sideways_reserve(model, manoeuvre, s), 1e-3, manoeuvre.largest)
+        telemetry = run_side_by_side(manoeuvre, limit * np.array([1 - BREAK_AWAY, 1 + BREAK_AWAY])).telemetry
+        forward, sideways = (telemetry[f"{kind}_slip"][-1, :, 0] for kind in ("longitudinal", "lateral"))
+        slip = np.hypot(np.abs(forward).max(axis=-1), sideways)
+        assert slip[0] < CREEP
+        assert slip[1] > 10 * CREEP
+
+
+class TestMotors:
+    def test_what_the_motors_cannot_give_is_recorded(self) -> None:
+        simulation = make_simulation(ONE, dt=0.01)
+        motor = simulation.drive.motor
+        inputs = np.tile([[[6.0, 0.0]]], (10, 1, 1))
+        seen = ("torque_saturation", "wheel_torque", "wheel_torque_demand")
+        run = drive(simulation, inputs, AT_REST, seen)
+        assert (run.telemetry["torque_saturation"][1:] == 1).all()
+        np.testing.assert_array_equal(run.telemetry["wheel_torque"][1:], motor.torque_limit)
+        assert (run.telemetry["wheel_torque_demand"] > motor.torque_limit).all()
+        possible = simulation.drive.acceleration(*run.xi[-1, 0, [0, 2]], np.full(2, motor.torque_limit))
+        gained = (run.xi[-1] - run.xi[4]) / (run.time[-1] - run.time[4])
+        np.testing.assert_allclose(gained[0, [0, 2]], possible, rtol=0, atol=MOTOR_BALANCE)
+
+    def test_a_gentle_run_saturates_nothing(self) -> None:
+        simulation = make_simulation(ONE, dt=0.01)
+        run = drive(simulation, weaving(middles(1.0, 0.01))[:, None], AT_REST, ("torque_saturation",))
+        assert not run.telemetry["torque_saturation"].any()
+
+
+class TestDivergence:
+    def test_a_robot_that_tips_is_named_with_its_time(self) -> None:
+        """v omega = 36 m/s^2 is more than g b/h = 19.5 m/s^2, and friction 3 holds the wheels to it."""
+        simulation = make_simulation(SceneSpec(("calm", "wild"), friction=3.0), dt=0.01)
+        start = state(((0, 0, 0), (0, 0)), ((1, 0, 0), (2.4, 15)))
+        with pytest.raises(SimulationDiverged, match="tipped over: robot 'wild'") as caught:
+            drive(simulation, np.zeros((100, 2, 2)), start)
+        assert caught.value.robot == "wild"
+        assert 0 < caught.value.time < 1
+        assert caught.value.batch == 0
+
+    def test_in_a_batch_the_simulation_is_named_too(self) -> None:
+        simulation = make_simulation(replace(ONE, friction=3.0), dt=0.01, batch=(3,))
+        xi = np.array([[[0.0, 0, 0]], [[2.4, 0, 15]], [[0.1, 0, 0]]])
+        with pytest.raises(SimulationDiverged, match="tipped over") as caught:
+            drive(simulation, np.zeros((100, 3, 1, 2)), State(0.0, np.zeros_like(xi), xi))
+        assert caught.value.batch == 1
+
+    def test_friction_that_lets_go_first_keeps_it_upright(self) -> None:
+        simulation = make_simulation(replace(ONE, friction=0.3), dt=0.01)
+        drive(simulation, np.zeros((100, 1, 2)), state(((0, 0, 0), (2.4, 15))))
+
+    def test_a_command_that_is_no_number(self) -> None:
+        simulation = make_simulation(ONE, dt=0.01)
+        simulation.reset(AT_REST)
+        with pytest.raises(SimulationDiverged, match=r"robot 'robot' at t = 0\.010 s"):
+            simulation.step(np.array([[np.nan, 0]]))
+
+
+class TestSymmetry:
+    def test_a_robot_at_rest_stays_at_rest(self) -> None:
+        run = drive(make_simulation(ONE, dt=0.01), np.zeros((1000, 1, 2)))
+        np.testing.assert_allclose(run.g, 0, rtol=0, atol=REST_DRIFT)
+
+    def test_the_mirror_image_of_a_run_is_a_run(self) -> None:
+        inputs = weaving(middles(3.0, 0.01))[:, None]
+        run = drive(make_simulation(ONE, dt=0.01), inputs, state(((0, 0, 0.3), (0.1, 0.5))))
+        image = drive(make_simulation(ONE, dt=0.01), inputs * (1, -1), state(((0, 0, -0.3), (0.1, -0.5))))
+        np.testing.assert_allclose(image.g * (1, -1, -1), run.g, rtol=0, atol=SYMMETRY)
+        np.testing.assert_allclose(image.xi * (1, -1, -1), run.xi, rtol=0, atol=SYMMETRY)
+
+    def test_the_floor_is_the_same_everywhere(self) -> None:
+        start = state(((0, 0, 0.3), (0.1, 0.5)), ((0.5, -0.2, 2.0), (0, 0)), ((-1, 0, -4), (0.2, -1)))
+        inputs = np.broadcast_to(weaving(middles(3.0, 0.01))[:, None], (300, 3, 2))
+        spec, moved = SceneSpec(("a", "b", "c")), np.array([3.0, -2.0, 1.9])
+        here = drive(make_simulation(spec, dt=0.01), inputs, start)
+        there = drive(make_simulation(spec, dt=0.01), inputs, start._replace(g=se2.compose(moved, start.g)))
+        np.testing.assert_allclose(there.g, se2.compose(moved, here.g), rtol=0, atol=SYMMETRY)
+        np.testing.assert_allclose(there.xi, here.xi, rtol=0, atol=SYMMETRY)
