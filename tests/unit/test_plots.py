@@ -98,7 +98,8 @@ def test_errors_are_those_recorded():
     assert curves(heading, FOLLOWERS[0])[0][:, 1] == pytest.approx(error[:, 2])
     assert curves(heading_log, FOLLOWERS[0])[0][:, 1] == pytest.approx(np.abs(error[:, 2]))
     difference = recording["pose"].values[:, 1] - recording["ideal_pose"].values[:, 1]
-    assert curves(gap, FOLLOWERS[0])[0][:, 1] == pytest.approx(1e3 * np.hypot(*difference.T[:2]))
+    assert gap.get_ylabel() == "gap to ideal twin [µm]"  # 0.28 mm at most
+    assert curves(gap, FOLLOWERS[0])[0][:, 1] == pytest.approx(1e6 * np.hypot(*difference.T[:2]))
     assert position_log.get_yscale() == heading_log.get_yscale() == "log"
 
 
@@ -131,6 +132,17 @@ def test_utilisation_shows_measured_predicted_and_limit():
     assert any(line.get_ydata() == pytest.approx(predicted) for line in axes.lines if len(line.get_ydata()) == 101)
     assert any(np.allclose(line.get_ydata(), 1.0) for line in axes.lines)
     assert any(text.get_text() == "wheels break away" for text in axes.texts)
+
+
+@pytest.mark.parametrize(("slip", "unit"), [(2.0, "m/s"), (3e-2, "mm/s"), (4e-5, "µm/s"), (5e-9, "nm/s"), (0.0, "m/s")])
+def test_slip_is_read_in_the_unit_that_suits_it(slip, unit):
+    recording = synthetic_recording(1, samples=21)
+    recording["lateral_slip"].values[:] = 0.0
+    recording["lateral_slip"].values[5, 1] = slip
+    axes = plots.slip(recording).axes[0]
+    factor = {"m/s": 1.0, "mm/s": 1e3, "µm/s": 1e6, "nm/s": 1e9}[unit]
+    assert axes.get_ylabel() == f"lateral slip [{unit}]"
+    assert curves(axes, FOLLOWERS[0])[0][5, 1] == pytest.approx(factor * slip)
 
 
 def test_ideal_backend_has_no_slip_to_show():

@@ -34,7 +34,7 @@ def errors(recording: Recording) -> Figure:
     """Returns each follower's position and heading error and its gap to the ideal twin.
 
     Position error is the distance to the pose it was told to track [m]; heading error the angle to it, in
-    (-pi, pi] [rad]; the gap is between MuJoCo's pose and the ideal twin's at the same time [mm].
+    (-pi, pi] [rad]; the gap is between MuJoCo's pose and the ideal twin's at the same time, in the unit that suits it.
     """
     time, error = recording.time, recording["error"].values[:, 1:]
     distance, heading = np.hypot(error[..., 0], error[..., 1]), error[..., 2]
@@ -44,16 +44,18 @@ def errors(recording: Recording) -> Figure:
     panels = figure.subplots(rows, 2, sharex=True, squeeze=False)
     places = range(1, len(recording.robots))
     draw = _drawer(recording, places)
-    labels = ["position error [m]", "heading error [rad]", "gap to ideal twin [mm]"]
-    for row, values in enumerate([distance, heading, gap][:rows]):
-        assert values is not None
+    rowwise = [(distance, "position error [m]"), (heading, "heading error [rad]")]
+    if gap is not None:
+        factor, prefix = _prefix(gap)
+        rowwise.append((factor * gap, f"gap to ideal twin [{prefix}m]"))
+    for row, (values, label) in enumerate(rowwise):
         draw(panels[row, 0], time, values)
         draw(panels[row, 1], time, _positive(np.abs(values)))
         panels[row, 1].set_yscale("log")
         panels[row, 1].yaxis.set_minor_formatter(NullFormatter())
         _clip_decades(panels[row, 1], np.abs(values))
         for axes in panels[row]:
-            axes.set_ylabel(labels[row])
+            axes.set_ylabel(label)
     panels[1, 0].axhline(0.0, color="#999999", linewidth=0.6, zorder=1)
     panels[0, 0].set_ylim(bottom=0.0)
     for k, title in enumerate(["linear", "logarithmic", "linear", "magnitude, logarithmic", "linear", "logarithmic"]):
@@ -85,7 +87,7 @@ def inputs(recording: Recording) -> Figure:
 
 @styled
 def slip(recording: Recording) -> Figure:
-    """Returns lateral and longitudinal slip [mm/s], wheel loads [N] and friction utilisation with its limit.
+    """Returns lateral and longitudinal slip, wheel loads [N] and friction utilisation with its limit.
 
     Of the two wheels the one that slips, or uses friction, more is shown. The ideal backend has no wheels on
     a floor: its figure says so.
@@ -98,14 +100,17 @@ def slip(recording: Recording) -> Figure:
     figure = Figure(figsize=(8.4, 6.2))
     panels = figure.subplots(2, 2, sharex=True)
     draw = _drawer(recording, range(len(recording.robots)))
-    draw(panels[0, 0], time, 1e3 * lateral)
-    draw(panels[0, 1], time, 1e3 * _of_largest_magnitude(longitudinal))
+    units = []
+    for axes, values in zip(panels[0], (lateral, _of_largest_magnitude(longitudinal)), strict=True):
+        factor, prefix = _prefix(values)
+        draw(axes, time, factor * values)
+        units.append(f"{prefix}m/s")
     draw(panels[1, 0], time, load[..., 0])
     draw(panels[1, 0], time, load[..., 1], **_DASHED)
     _draw_utilisation(panels[1, 1], recording, draw, utilisation.max(axis=-1))
     ylabels = [
-        "lateral slip [mm/s]",
-        "longitudinal slip [mm/s]",
+        f"lateral slip [{units[0]}]",
+        f"longitudinal slip [{units[1]}]",
         "wheel load [N]",
         "friction utilisation [1]",
     ]
@@ -153,11 +158,21 @@ def _finish(
 
 
 def _gap(recording: Recording) -> np.ndarray | None:
-    """Returns the followers' distance to the ideal twin [mm], shape (t, k); None where the run is its own."""
+    """Returns the followers' distance to the ideal twin [m], shape (t, k); None where the run is its own."""
     if recording.backend == "ideal" or "ideal_pose" not in recording.dataset:
         return None
     difference = se2.between(recording["ideal_pose"].values[:, 1:], recording["pose"].values[:, 1:])
-    return np.asarray(1e3 * np.hypot(difference[..., 0], difference[..., 1]))
+    return np.asarray(np.hypot(difference[..., 0], difference[..., 1]))
+
+
+def _prefix(values: np.ndarray) -> tuple[float, str]:
+    """Returns the factor and the SI prefix with which the largest value reads as 1 to 1000."""
+    finite = np.abs(values[np.isfinite(values)])
+    largest = float(finite.max()) if finite.size else 0.0
+    for factor, prefix in ((1.0, ""), (1e3, "m"), (1e6, "µ")):
+        if factor * largest >= 1.0 or largest == 0.0:
+            return factor, prefix
+    return 1e9, "n"
 
 
 def _positive(values: np.ndarray) -> np.ndarray:

@@ -22,7 +22,7 @@ _CLOSEST = 0.95  # [m] nearest the group camera goes: a robot of 0.1 m is then a
 _ROBOT_REACH = 0.08  # [m] from a robot's axle midpoint to its outermost point, with air
 _CALM = 0.9  # [s] of film over which the camera's path is smoothed (standard deviation)
 # Share of the half picture that robots may fill: left and right, below, above (above are the title and the map).
-_SIDE, _BELOW, _ABOVE = 0.80, 0.80, 0.52
+_SIDE, _BELOW, _ABOVE = 0.80, 0.80, 0.40
 
 
 @dataclass(frozen=True)
@@ -175,7 +175,18 @@ def _fitting_distance(offset: np.ndarray, axes: np.ndarray, lens: Lens) -> np.nd
 
 
 def _smooth(values: np.ndarray, frames: float) -> np.ndarray:
-    return np.asarray(gaussian_filter1d(values, frames, axis=0, mode="nearest"))
+    """Returns values (f, ...) without what is faster than `frames`, as near to the robots at the ends as between.
+
+    Both ends are continued point-symmetrically, so that motion goes on there: the camera neither starts late nor
+    stays behind.
+    """
+    reach = min(int(4 * frames) + 1, len(values) - 1)
+    if reach < 1:
+        return values
+    before = 2 * values[:1] - values[reach:0:-1]
+    after = 2 * values[-1:] - values[-2 : -reach - 2 : -1]
+    continued = np.concatenate([before, values, after])
+    return np.asarray(gaussian_filter1d(continued, frames, axis=0, mode="nearest")[reach:-reach])
 
 
 def floor_footprint(path: CameraPath, frame: int, fovy: float, aspect: float, reach: float) -> np.ndarray:

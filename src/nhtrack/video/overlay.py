@@ -21,6 +21,7 @@ _Colour: TypeAlias = str | tuple[int, int, int]
 _PAPER, _INK, _GREY = (250, 250, 252, 205), (26, 26, 26), (105, 108, 115)
 _NAMED = 4  # more followers than this are summed up in two lines
 _MAP_SHARE = 0.27  # of the picture's width
+_MAP_TALLEST = 0.28  # of the picture's height: the camera keeps the robots below it
 _FINE = 3  # the map is drawn this much larger and reduced: Pillow's lines are not smooth
 _DART = np.array([[0.62, 0.0], [-0.38, 0.36], [-0.20, 0.0], [-0.38, -0.36]])
 
@@ -39,7 +40,7 @@ class Overlay:
         unit = size[1] / 480
         self._pad = round(8 * unit)
         self._title, self._text = _font(15 * unit, bold=True), _font(13 * unit)
-        self._map = _Map(timeline, round(_MAP_SHARE * size[0]), round(0.40 * size[1]), unit)
+        self._map = _Map(timeline, round(_MAP_SHARE * size[0]), round(_MAP_TALLEST * size[1]), unit)
         self._ended = "" if recording.outcome == "completed" else recording.outcome
 
     def write(self, picture: np.ndarray, frame: int, footprint: np.ndarray | None) -> np.ndarray:
