@@ -14,23 +14,12 @@ from scipy.integrate import solve_ivp
 
 import strategies as draw
 import tolerances as tol
+from drives import DRIVE
 from nhtrack import se2
-from nhtrack.diffdrive import DiffDrive, Motor
 from nhtrack.errors import SimulationDiverged
 from nhtrack.simulation.ideal import IdealSimulation, propagate
 from nhtrack.simulation.state import Simulation, State
 from simulation_contract import SimulationContract
-
-DRIVE = DiffDrive(
-    wheel_radius=0.016,
-    half_separation=0.043,
-    mass=0.3,
-    axle_inertia=3e-4,
-    wheel_inertia=2e-6,
-    com=(-0.01, 0.0, 0.02),
-    casters=((-0.04, 0.0),),
-    motor=Motor(torque_limit=0.03, stall_torque=0.05, no_load_speed=60.0),
-)
 
 
 class Motion(NamedTuple):

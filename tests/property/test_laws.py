@@ -17,6 +17,7 @@ from scipy.linalg import expm, logm
 import independent
 import strategies as draw
 import tolerances as tol
+from drives import DRIVE
 from nhtrack import se2
 from nhtrack.control import Leader, Published, Robots, Stabiliser, log_feedback
 from nhtrack.network import Network
@@ -24,7 +25,6 @@ from nhtrack.rollout import rollout
 from nhtrack.similarity import Similarity
 from nhtrack.simulation.ideal import IdealSimulation
 from nhtrack.simulation.state import State
-from property.test_ideal import DRIVE
 
 PI = math.pi
 AnyLaw = Published | Stabiliser
