@@ -40,9 +40,10 @@ def validate(
 
 def _account(scenario: Scenario) -> str:
     """Returns what a scenario amounts to on the robot."""
-    seconds = scenario.periods / scenario.control_rate
+    auto = scenario.similarity.time == "auto"
+    time = "a time yet to be found" if auto else f"{scenario.periods / scenario.control_rate:g} s"
     count = len(scenario.followers)
-    return f"{count} follower{'s' * (count > 1)}, {seconds:g} s on the robot's clock, {scenario.law.name} law"
+    return f"{count} follower{'s' * (count > 1)}, {time} on the robot's clock, {scenario.law.name} law"
 
 
 @app.command()

@@ -45,8 +45,9 @@ def build(scenario: schema.Scenario) -> Experiment:
 
     Raises:
         ReferenceInputError: the leader's input has no finite value at some time.
+        TypeError: `similarity.time` is still `auto`.
     """
-    similarity = Similarity(scenario.similarity.length, scenario.similarity.time)
+    similarity = Similarity(scenario.similarity.length, scenario.similarity.time_scale)
     network = Network.from_parents(scenario.parents)
     dt = 1.0 / scenario.control_rate
     middles = similarity.times_to_scenario((np.arange(scenario.periods) + 0.5) * dt)

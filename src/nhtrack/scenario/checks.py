@@ -24,6 +24,7 @@ from nhtrack.scenario.tree import Path, lookup
 Finding = tuple[Path, str]
 
 MOST_PERIODS = 2_000_000  # five and a half hours at 100 Hz; beyond it a recording no longer fits in memory
+AUTO_PERIODS = 2000  # where inputs are tried as long as `time: auto` leaves the control periods open
 MOST_STEPS = 1e7  # physics steps in a control period; beyond it the schema's bounds have the word
 _INPUT: Path = ("leader", "input")
 
@@ -78,10 +79,14 @@ class _Clock:
 
     @property
     def times(self) -> np.ndarray | None:
-        """Scenario times at which the input is sampled: the middles of the periods, shape (periods,)."""
-        if self.periods is None or self.duration is None or not 0.999 <= self.periods <= MOST_PERIODS:
+        """Scenario times at which the input is sampled: the middles of the periods, shape (periods,).
+
+        Where the time scale is not a number, `AUTO_PERIODS` stand for the periods still unknown.
+        """
+        periods = self.periods if self.scale is not None else AUTO_PERIODS
+        if periods is None or self.duration is None or not 0.999 <= periods <= MOST_PERIODS:
             return None
-        return (np.arange(round(self.periods)) + 0.5) * (self.duration / self.periods)
+        return (np.arange(round(periods)) + 0.5) * (self.duration / periods)
 
 
 def _positive(value: Any) -> float | None:

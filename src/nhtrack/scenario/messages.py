@@ -72,6 +72,8 @@ def _message(tree: Any, loc: tuple[str | int, ...], problem: Any) -> str:
         return f"expected a value {words} {context[bound]:g}, got {shown(given)}"
     if kind == "finite_number":
         return f"expected a finite number, got {shown(given)}"
+    if loc and loc[-1] == "<auto>":
+        return f"expected a number or `auto`, got {shown(given)}" + _unquoted(given)
     if kind == "literal_error":
         return f"no such choice as {shown(given)}; {did_you_mean(str(given), _choices(context))}"
     if kind == "union_tag_invalid":
@@ -90,11 +92,11 @@ def _wrong_type(kind: str, loc: tuple[str | int, ...], given: Any, otherwise: st
         expected = "u_x and u_theta, a csv file, or a table"
     elif form == "<number>":
         expected = "a number or a formula in t"
+    elif form == "<time>":
+        expected = "a number or `auto`"
     if expected is None:
         return f"{otherwise[0].lower()}{otherwise[1:]}, got {shown(given)}"
-    hint = ""
-    if isinstance(given, str) and kind in ("float_type", "int_type", "bool_type") and _is_number(given):
-        hint = "; write it without quotes"
+    hint = _unquoted(given) if kind in ("float_type", "int_type", "bool_type") else ""
     if given is None:
         return f"expected {expected}, got nothing; give a value or leave the key out"
     return f"expected {expected}, got {shown(given)}{hint}"
@@ -105,12 +107,15 @@ def _wrong_length(name: str, given: int) -> str:
     return f"expected {len(components)} values ({', '.join(components)}), got {given}"
 
 
-def _is_number(text: str) -> bool:
+def _unquoted(given: Any) -> str:
+    """Returns the advice that a number given as text needs."""
+    if not isinstance(given, str):
+        return ""
     try:
-        float(text)
+        float(given)
     except ValueError:
-        return False
-    return True
+        return ""
+    return "; write it without quotes"
 
 
 def shown(value: Any) -> str:

@@ -99,6 +99,10 @@ Weight: TypeAlias = Annotated[float, Field(ge=0, le=1)]
 PlanarTwist: TypeAlias = Annotated[tuple[float, float], Field(strict=False)]
 Name: TypeAlias = Annotated[str, AfterValidator(_robot_name)]
 Formula: TypeAlias = Annotated[str, AfterValidator(_formula)]
+TimeScale: TypeAlias = Annotated[
+    Annotated[float, Field(gt=0), Tag("<time>")] | Annotated[Literal["auto"], Tag("<auto>")],
+    Discriminator(lambda value: "<auto>" if isinstance(value, str) else "<time>"),
+]
 Pixels: TypeAlias = Annotated[int, Field(ge=16, le=8192), AfterValidator(_even)]
 
 
@@ -106,7 +110,28 @@ class Similarity(Section):
     """Maps scenario units to the robot; robot and gravity do not scale, so this sets the friction demand."""
 
     length: float = Field(default=1.0, gt=0, description="robot metres per scenario length unit [m]")
-    time: float = Field(default=1.0, gt=0, description="robot seconds per scenario time unit [s]")
+    time: TimeScale = Field(
+        default=1.0,
+        description="robot seconds per scenario time unit [s]; `auto` takes the smallest at which, on the ideal model, "
+        "friction stays within `friction_margin` and every motor within its limits",
+    )
+    friction_margin: float = Field(
+        default=0.7,
+        gt=0,
+        le=1,
+        description="share of the friction limit that `time: auto` and `nhtrack feasibility` let wheels use [1]",
+    )
+
+    @property
+    def time_scale(self) -> float:
+        """Robot seconds per scenario time unit.
+
+        Raises:
+            TypeError: the time is still `auto`; `nhtrack.study.feasibility.with_time` makes it a number.
+        """
+        if self.time == "auto":
+            raise TypeError("similarity.time: auto becomes a number by nhtrack.study.feasibility.with_time")
+        return self.time
 
 
 class Contact(Section):
@@ -369,8 +394,12 @@ class Scenario(Section):
 
     @property
     def periods(self) -> int:
-        """Number of control periods: `duration` on the robot's clock, rounded to whole periods."""
-        return max(1, round(self.duration * self.similarity.time * self.control_rate))
+        """Number of control periods: `duration` on the robot's clock, rounded to whole periods.
+
+        Raises:
+            TypeError: see `Similarity.time_scale`.
+        """
+        return max(1, round(self.duration * self.similarity.time_scale * self.control_rate))
 
     @property
     def parents(self) -> dict[str, tuple[str, ...]]:
