@@ -1,4 +1,4 @@
-"""Friction alone holds the robots: what happens without it, at its limit, and what must not happen below it."""
+"""Friction alone holds the robots: without it, at its limit, and what must not happen below it."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ class TestIce:
         )
 
     def test_the_rate_correction_does_nothing(self) -> None:
-        """It is a bias inside the friction rows, not a force of its own: without friction it moves nothing."""
+        """It is a bias inside the friction rows, not a force of its own."""
         with_it, without = self.run(True), self.run(False)
         np.testing.assert_allclose(with_it.g, without.g, rtol=0, atol=SAME_ON_ICE)
         on_rubber = [self.run(rate_correction, friction=1.0).g[-1] for rate_correction in (True, False)]
@@ -89,7 +89,7 @@ class TestTurningSlip:
         assert run.telemetry["lateral_slip"][-1, 0] == pytest.approx(expected, rel=TURNING_SLIP)
 
     def test_law_in_mujocos_own_reading(self) -> None:
-        """The same without this project's simulation: `mj_step`, velocity and heading as MuJoCo pairs them."""
+        """The same by `mj_step` alone, velocity and heading taken as MuJoCo pairs them."""
         scene = make_scene(replace(ONE, rate_correction=False))
         model, data, at = scene.model, mujoco.MjData(scene.model), scene.addresses
         model.geom_solref[at.tyres.ravel()] = 0.01, 1
@@ -178,7 +178,7 @@ class TestBreakAway:
         assert found[2] == pytest.approx(1, abs=CREEP)  # a Coulomb force does not leave its cone
 
     def test_the_axle_slides_where_both_wheels_have(self, name: str) -> None:
-        """A wheel at its limit passes the rest of the side force to the other; only then does the axle slide."""
+        """A wheel at its limit passes side force on to the other; when both are there the axle slides."""
         manoeuvre, model = MANOEUVRES[name], make_scene(ONE).drive
         limit = brentq(lambda s: sideways_reserve(model, manoeuvre, s), 1e-3, manoeuvre.largest)
         telemetry = run_side_by_side(manoeuvre, limit * np.array([1 - BREAK_AWAY, 1 + BREAK_AWAY])).telemetry
