@@ -1,0 +1,247 @@
+"""Figures of runs that were made by hand, so that every figure is known."""
+
+from __future__ import annotations
+
+import json
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+import tolerances as tol
+from nhtrack.metrics import (
+    Separation,
+    heading_error,
+    heading_gap,
+    late_rows,
+    position_error,
+    position_gap,
+    settling_times,
+    smallest_separation,
+    summary,
+)
+from nhtrack.recording import Recording, make_recording
+
+ROBOTS = ("leader", "follower")
+TIME = np.arange(21) * 0.5  # 0 to 10 s: the last 15 % begin at 8.5 s, row 17
+
+
+def recording(robots: tuple[str, ...] = ROBOTS, time: np.ndarray = TIME, **changed: np.ndarray) -> Recording:
+    """Robots at rest at the origin, without error or gap, but for what is changed."""
+    shape = (len(time), len(robots))
+    nowhere, error = np.zeros((*shape, 3)), np.zeros((*shape, 3))
+    error[:, 0] = np.nan
+    variables: dict[str, np.ndarray] = {"pose": nowhere, "ideal_pose": nowhere, "error": error}
+    variables |= {name: np.zeros(shape) for name in ("lateral_slip", "tilt")}
+    wheels = ("friction_utilisation", "friction_utilisation_predicted", "torque_saturation")
+    variables |= {name: np.zeros((*shape, 2)) for name in wheels}
+    parents = {name: [] if name == robots[0] else [robots[0]] for name in robots}
+    attributes: dict[str, Any] = {"name": "by hand", "backend": "mujoco", "outcome": "completed", "parents": parents}
+    attributes |= {"length_scale": 0.5, "time_scale": 2.0}
+    return make_recording(time, robots, variables | changed, attributes)
+
+
+def with_error(x: np.ndarray, y: np.ndarray | float = 0.0, theta: np.ndarray | float = 0.0) -> Recording:
+    """One follower with the given error over time."""
+    error = np.full((len(TIME), 2, 3), np.nan)
+    error[:, 1, 0], error[:, 1, 1], error[:, 1, 2] = x, y, theta
+    return recording(error=error)
+
+
+def poses(*columns: np.ndarray) -> np.ndarray:
+    """Poses (t, robots, 3) of columns (t, 3)."""
+    return np.stack(columns, axis=1)
+
+
+# -- series -----------------------------------------------------------------------------------------
+
+
+def test_position_error_is_the_distance() -> None:
+    error = position_error(with_error(3 * np.ones(21), 4.0))
+    assert error.shape == (21, 2)
+    np.testing.assert_array_equal(error[:, 1], 5.0)
+    assert np.isnan(error[:, 0]).all()
+
+
+def test_heading_error_keeps_its_sign() -> None:
+    theta = np.linspace(-3.0, 3.0, 21)
+    np.testing.assert_array_equal(heading_error(with_error(np.zeros(21), 0.0, theta))[:, 1], theta)
+
+
+def test_gaps_are_to_the_twin_and_count_whole_turns() -> None:
+    pose, twin = np.zeros((21, 2, 3)), np.zeros((21, 2, 3))
+    pose[:, 1], twin[:, 1] = [3.0, 1.0, 7.0], [0.0, 5.0, 7.0 - 2 * math.pi]
+    run = recording(pose=pose, ideal_pose=twin)
+    np.testing.assert_array_equal(position_gap(run), np.outer(np.ones(21), [0.0, 5.0]))
+    np.testing.assert_allclose(heading_gap(run), np.outer(np.ones(21), [0.0, 2 * math.pi]), rtol=tol.HAND)
+
+
+@pytest.mark.parametrize(
+    ("time", "first"),
+    [
+        (np.linspace(0.0, 10.0, 21), 17),  # 8.5 s is a row
+        (np.linspace(5.0, 15.0, 21), 17),  # clock that does not start at zero
+        (np.linspace(0.0, 10.0, 11), 9),  # 8.5 s lies between two rows
+        (np.array([2.0]), 0),
+        (np.array([0.0, 1.0]), 1),
+    ],
+)
+def test_late_rows_are_the_last_fifteen_per_cent_of_the_time(time: np.ndarray, first: int) -> None:
+    run = recording(time=time)
+    assert np.arange(len(time))[late_rows(run)][0] == first
+
+
+# -- settling ---------------------------------------------------------------------------------------
+
+
+def test_settling_time_is_the_last_entry_into_five_per_cent() -> None:
+    """In the band at rows 4 and 5, out again at 6, in for good from row 8."""
+    x = np.full(21, 0.04)
+    x[:4], x[6:8] = 1.0, 0.06
+    np.testing.assert_array_equal(settling_times(with_error(x)), [np.nan, 8 * 0.5])
+
+
+def test_settling_counts_the_edge_of_the_band_as_inside() -> None:
+    x = np.full(21, 0.25)
+    x[0] = 5.0
+    assert settling_times(with_error(x))[1] == 0.5
+
+
+def test_settling_band_is_of_the_largest_error_not_the_first() -> None:
+    x = np.full(21, 0.09)
+    x[0], x[3] = 1.0, 2.0
+    assert settling_times(with_error(x))[1] == 4 * 0.5
+
+
+def test_a_run_that_is_outside_at_its_end_has_not_settled() -> None:
+    x = np.full(21, 0.01)
+    x[0], x[-1] = 1.0, 0.06
+    assert np.isnan(settling_times(with_error(x))[1])
+
+
+@pytest.mark.parametrize(("row", "expected"), [(17, 8.5), (18, math.nan)])
+def test_an_error_that_dips_into_the_band_late_has_not_settled(row: int, expected: float) -> None:
+    """Inside from the first late row on, 8.5 s, or from one row later."""
+    x = np.full(21, 1.0)
+    x[row:] = 0.05
+    np.testing.assert_array_equal(settling_times(with_error(x))[1], expected)
+
+
+def test_a_follower_without_error_has_settled_at_once() -> None:
+    assert settling_times(with_error(np.zeros(21)))[1] == 0.0
+
+
+def test_settling_times_are_told_apart() -> None:
+    error = np.zeros((21, 3, 3))
+    error[:, 0] = np.nan
+    error[:5, 1, 0], error[:9, 2, 1] = 1.0, 1.0
+    run = recording(("leader", "a", "b"), error=error)
+    np.testing.assert_array_equal(settling_times(run), [np.nan, 2.5, 4.5])
+
+
+# -- separation -------------------------------------------------------------------------------------
+
+
+def test_smallest_separation_names_the_pair_and_the_time() -> None:
+    g = np.zeros((21, 3, 3))
+    g[:, 1, 0], g[:, 2, 1] = 10.0, 20.0
+    g[7, 2, :2] = [10.0, 0.5]
+    g[:, :, 2] = np.random.default_rng(0).uniform(-9, 9, (21, 3))  # headings have no say
+    assert smallest_separation(recording(("leader", "a", "b"), pose=g)) == Separation(0.5, ("a", "b"), 3.5)
+
+
+def test_a_single_robot_is_separated_from_nobody() -> None:
+    run = recording(("leader",))
+    assert smallest_separation(run) is None
+    assert summary(run)["smallest_separation"] is None
+
+
+# -- the summary ------------------------------------------------------------------------------------
+
+
+def test_summary_says_what_was_run() -> None:
+    told = summary(recording())
+    assert (told["name"], told["backend"], told["outcome"]) == ("by hand", "mujoco", "completed")
+    assert told["duration"] == 10.0
+    assert told["similarity"] == {"length": 0.5, "time": 2.0}
+    assert list(told["followers"]) == ["follower"]
+    assert list(told["robots"]) == ["leader", "follower"]
+
+
+def test_summary_of_a_follower() -> None:
+    x = np.linspace(5.0, 0.0, 21)  # 0.25 m less each row
+    theta = -0.1 * np.ones(21)
+    theta[17], theta[16] = 0.7, -2.0  # just late, and just before
+    assert summary(with_error(x, 0.0, theta))["followers"]["follower"] == {
+        "initial_position_error": 5.0,
+        "final_position_error": 0.0,
+        "final_heading_error": 0.1,
+        "late_position_error": 0.75,
+        "late_heading_error": 0.7,
+        "settling_time": None,  # inside from 9.5 s: not for the whole late part
+    }
+
+
+def test_summary_of_a_robot() -> None:
+    pose, twin = np.zeros((21, 2, 3)), np.zeros((21, 2, 3))
+    pose[:, 0, 0] = np.abs(np.arange(21) - 10) * 0.3  # 3 m there and 3 m back
+    twin[:, 0] = pose[:, 0]
+    pose[:, 1, :2], twin[:, 1, :2] = [0.3, 0.4], [0.3, 0.4]
+    pose[4, 1, 1], pose[4, 1, 2], pose[9, 1, 2] = 0.6, -0.3, 0.2
+    used, saturated, slip = np.zeros((21, 2, 2)), np.zeros((21, 2, 2)), np.zeros((21, 2))
+    used[0] = np.nan  # before the first period nothing is known of forces
+    used[3, 1], used[8, 1, 0] = [0.2, 0.6], 0.5
+    saturated[0] = np.nan
+    saturated[5, 1], saturated[6, 1] = [1.0, 0.5], [0.0, 0.6]
+    slip[12, 0] = -0.01
+    changed = {"friction_utilisation": used, "friction_utilisation_predicted": used / 2}
+    told = summary(
+        recording(pose=pose, ideal_pose=twin, torque_saturation=saturated, lateral_slip=slip, **changed)
+    )["robots"]
+    assert told["follower"] == pytest.approx(
+        {
+            "path_length": 0.4,
+            "gap_position_rms": 0.2 / math.sqrt(21),
+            "gap_position_max": 0.2,
+            "gap_heading_rms": math.sqrt((0.09 + 0.04) / 21),
+            "gap_heading_max": 0.3,
+            "peak_utilisation": 0.6,
+            "peak_utilisation_predicted": 0.3,
+            "peak_lateral_slip": 0.0,
+            "torque_saturation_share": (1.0 + 0.6) / 21,
+        },
+        rel=tol.HAND,
+    )
+    assert told["leader"]["path_length"] == pytest.approx(6.0, rel=tol.HAND)
+    assert told["leader"]["peak_lateral_slip"] == 0.01
+    assert told["leader"]["gap_position_max"] == 0.0
+
+
+def test_summary_of_a_virtual_leader_has_no_wheels() -> None:
+    """A marker leaves NaN where wheels leave numbers; JSON gets null, not NaN."""
+    wheels = np.full((21, 2, 2), np.nan)
+    wheels[:, 1] = 0.25
+    told = summary(recording(friction_utilisation=wheels, friction_utilisation_predicted=wheels))["robots"]
+    assert told["leader"]["peak_utilisation"] is None
+    assert told["leader"]["peak_utilisation_predicted"] is None
+    assert told["follower"]["peak_utilisation"] == 0.25
+
+
+def test_summary_of_a_lifted_wheel_is_json() -> None:
+    """An infinite utilisation has no JSON number."""
+    wheels = np.zeros((21, 2, 2))
+    wheels[3, 1, 0] = np.inf
+    told = summary(recording(friction_utilisation=wheels))
+    assert told["robots"]["follower"]["peak_utilisation"] is None
+    assert json.loads(json.dumps(told, allow_nan=False)) == json.loads(json.dumps(told))
+
+
+def test_summary_of_a_run_that_never_began() -> None:
+    """Interrupted in the first period: one row, and every figure is of that row."""
+    error = np.array([[[np.nan] * 3, [3.0, 4.0, 0.5]]])
+    told = summary(recording(time=np.array([0.0]), error=error))
+    assert told["duration"] == 0.0
+    assert told["followers"]["follower"]["late_position_error"] == 5.0
+    assert told["followers"]["follower"]["settling_time"] is None
+    assert told["robots"]["follower"]["path_length"] == 0.0
