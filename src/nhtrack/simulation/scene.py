@@ -18,9 +18,7 @@ from nhtrack.diffdrive import DiffDrive, identify
 from nhtrack.diffdrive.identification import Parts, identify_parts
 from nhtrack.diffdrive.reduced_model import GRAVITY
 from nhtrack.errors import RobotError, did_you_mean
-
-# Colours of the robots, root first: a set that colour-blind readers can tell apart (Okabe and Ito 2008).
-PALETTE = ("#D55E00", "#0072B2", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#F0E442", "#7F7F7F")
+from nhtrack.simulation.palette import robot_colour
 
 # Impedance so close to one that penetration, and with it the change of the rolling radius, is a few nanometres.
 _STIFF_SOLIMP = (0.9999, 0.9999, 0.001)
@@ -195,7 +193,7 @@ def make_scene(spec: SceneSpec) -> Scene:
             robot = mjcf.from_path(str(robot_path(spec.robot)))
             robot.model = name
             _set_contacts(robot, spec, parts)
-            _paint(robot, PALETTE[index % len(PALETTE)])
+            _paint(robot, robot_colour(index))
             _attach(arena, robot, drive, parts)
     marker = _add_marker(arena, spec.robots[0]) if spec.virtual_root else None
     _add_cameras(arena, spec.bounds)
@@ -256,7 +254,13 @@ def _set_contacts(robot: Any, spec: SceneSpec, parts: Parts) -> None:
 def _paint(robot: Any, colour: str) -> None:
     accent = robot.find("material", "accent")
     if accent is not None:
-        accent.rgba = (*(int(colour[i : i + 2], 16) / 255 for i in (1, 3, 5)), 1)
+        accent.rgba = (*_rgb(colour), 1)
+
+
+def _rgb(colour: str) -> tuple[float, float, float]:
+    """Returns red, green and blue from 0 to 1 of a colour written #rrggbb."""
+    red, green, blue = (int(colour[i : i + 2], 16) / 255 for i in (1, 3, 5))
+    return red, green, blue
 
 
 def _attach(arena: Any, robot: Any, drive: DiffDrive, parts: Parts) -> None:
@@ -276,8 +280,7 @@ def _attach(arena: Any, robot: Any, drive: DiffDrive, parts: Parts) -> None:
 def _add_marker(arena: Any, name: str) -> str:
     """Adds the moving marker of a virtual leader and returns its body's name."""
     body = arena.worldbody.add("body", name=name, mocap=True)
-    rgba = (*(int(PALETTE[0][i : i + 2], 16) / 255 for i in (1, 3, 5)), 0.6)
-    look = {"rgba": rgba, "contype": 0, "conaffinity": 0, "group": 2}
+    look = {"rgba": (*_rgb(robot_colour(0)), 0.6), "contype": 0, "conaffinity": 0, "group": 2}
     body.add("geom", type="cylinder", size=(0.05, 0.002), pos=(0, 0, 0.002), **look)
     body.add("geom", type="capsule", size=(0.006,), fromto=(0, 0, 0.01, 0.07, 0, 0.01), **look)
     return name
