@@ -137,7 +137,7 @@ class DiffDrive:
 
     @cached_property
     def torque_map(self) -> np.ndarray:
-        """Matrix K of `wheel_torques`, linear in products: torques = (u_x, u_theta, omega^2, omega v) K, shape (4, 2)."""
+        """Matrix K of `wheel_torques`: torques = (u_x, u_theta, omega^2, omega v) K, shape (4, 2)."""
         zero, one = np.zeros(()), np.ones(())
         rows = [
             self.wheel_torques(zero, zero, one, zero),

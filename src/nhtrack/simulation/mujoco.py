@@ -147,7 +147,7 @@ class MujocoSimulation:
         at, half = self.scene.addresses, self._h / 2
         now = self._velocity.real + half * before[..., 0]
         turning = now * (self._omega + half * before[..., 1])
-        # MuJoCo takes centripetal terms from its own velocities, lateral acceleration from what the contacts make of it.
+        # MuJoCo takes centripetal terms from its own velocities, lateral acceleration from what contacts make of it.
         self._terms[..., :2] = during
         self._terms[..., 2] = self._omega * self._omega
         self._terms[..., 3] = turning
@@ -192,7 +192,8 @@ class MujocoSimulation:
             theta = self._g[:, 0, 2]
             position, quaternion = self._engine.bind("mocap_pos"), self._engine.bind("mocap_quat")
             position[:, self.scene.marker, :2] = self._g[:, 0, :2]
-            quaternion[:, self.scene.marker] = np.stack([np.cos(theta / 2), 0 * theta, 0 * theta, np.sin(theta / 2)], -1)
+            quaternion[:, self.scene.marker, 0] = np.cos(theta / 2)
+            quaternion[:, self.scene.marker, 3] = np.sin(theta / 2)
 
     def _with_root(self, telemetry: dict[str, Array]) -> dict[str, Array]:
         """Adds the row of a root that has no wheels, NaN, and takes off a batch axis that was not asked for."""
