@@ -24,6 +24,10 @@ class RenderError(NhtrackError):
     """A picture or film that cannot be made, with what is missing."""
 
 
+class FeasibilityError(NhtrackError):
+    """A scenario that no time scale makes feasible for its robots; names robot, time and quantity."""
+
+
 class SimulationDiverged(NhtrackError):
     """A simulation left the region where its numbers mean anything.
 

@@ -11,7 +11,7 @@ from typing import Annotated, Any, NoReturn
 import typer
 from typer.core import TyperGroup
 
-from nhtrack.errors import NhtrackError, ScenarioError, SimulationDiverged
+from nhtrack.errors import FeasibilityError, NhtrackError, ScenarioError, SimulationDiverged
 
 EXIT_ERROR, EXIT_SCENARIO, EXIT_DIVERGED, EXIT_INTERRUPTED = 1, 2, 3, 130
 
@@ -31,6 +31,8 @@ class Commands(TyperGroup):
             return super().invoke(ctx)
         except ScenarioError as error:
             fail(str(error), EXIT_SCENARIO)
+        except FeasibilityError as error:
+            fail(f"infeasible: {error}", EXIT_SCENARIO)
         except SimulationDiverged as error:
             fail(f"diverged: {error}", EXIT_DIVERGED)
         except NhtrackError as error:

@@ -185,18 +185,25 @@ class DiffDrive:
         solution = np.linalg.pinv(balance)
         return [tuple(float(x) for x in row) for row in solution[:2]]  # type: ignore[misc]
 
-    def friction_utilisation(self, v: Array, omega: Array, u_x: Array, u_theta: Array, friction: float) -> Array:
-        """Returns the predicted utilisation of each wheel, hypot(f_long, f_lat)/(mu N), shape (..., 2).
+    def friction_demand(self, v: Array, omega: Array, u_x: Array, u_theta: Array) -> Array:
+        """Returns the horizontal force that each wheel asks of the floor [N], shape (..., 2).
 
-        Longitudinal force of a wheel f_x/2 -+ tau/(2 b), lateral force f_y/2 (the two wheels share an axle, so only
-        their sum is determined; equal shares are assumed), load from `wheel_loads`. Infinite where the wheel would
-        lift or friction is zero and a force is asked for, zero where none is.
+        Longitudinal force of a wheel f_x/2 -+ tau/(2 b), lateral force f_y/2: the two wheels share an axle, so only
+        their sum is determined; equal shares are assumed.
         """
         xp = namespace(v, omega, u_x, u_theta)
         f_x, f_y, tau = self.ground_wrench(v, omega, u_x, u_theta)
         moment = tau / self.half_separation
         longitudinal = xp.stack([f_x - moment, f_x + moment], axis=-1) / 2
-        demand = xp.hypot(longitudinal, f_y[..., None] / 2)
+        return xp.hypot(longitudinal, f_y[..., None] / 2)
+
+    def friction_utilisation(self, v: Array, omega: Array, u_x: Array, u_theta: Array, friction: float) -> Array:
+        """Returns the predicted utilisation of each wheel, hypot(f_long, f_lat)/(mu N), shape (..., 2).
+
+        Force from `friction_demand`, load from `wheel_loads`. Infinite where the wheel would lift or friction is zero
+        and a force is asked for, zero where none is.
+        """
+        demand = self.friction_demand(v, omega, u_x, u_theta)
         return utilisation(demand, friction * self.wheel_loads(v, omega, u_x, u_theta))
 
     def acceleration(self, v: Array, omega: Array, torque: Array) -> Array:

@@ -21,6 +21,8 @@ from nhtrack.scenario.schema import Scenario
 from nhtrack.simulation.ideal import IdealSimulation
 from nhtrack.simulation.mujoco import MujocoSimulation
 from nhtrack.simulation.scene import Scene, load_robot, make_scene
+from nhtrack.study.demand import predictions
+from nhtrack.study.feasibility import with_time
 
 # What a stage of a run is called on the screen, and a way to report how far it is.
 Stage = Callable[[str], Progress]
@@ -73,12 +75,17 @@ def simulate(scenario: Scenario, stage: Stage | None = None) -> Outcome:
     """Returns the outcome of a scenario and its ideal twin, in memory.
 
     The twin runs first, its own closed loop on the ideal integrator, through the same rollout with the same sampled
-    law.
+    law. A time scale left to be found is found before, and the recording carries the number.
 
     Args:
         scenario: what to run.
         stage: called with the name of each stage; returns what to report its progress to.
+
+    Raises:
+        FeasibilityError: `time: auto`, and no time scale fits.
     """
+    if scenario.similarity.time == "auto":
+        scenario = with_time(scenario, stage("time scale") if stage is not None else None)
     experiment = build(scenario)
     drive = identify(load_robot(scenario.robot))
     ideal = IdealSimulation(experiment.network.names, drive, experiment.dt, scenario.physics.friction)
@@ -139,26 +146,8 @@ def run_scenario(
 
 def warnings(scenario: Scenario, experiment: Experiment, twin: Rollout, drive: DiffDrive) -> tuple[str, ...]:
     """Returns what the gains and the ideal run say will go wrong on wheels, in sentences."""
-    found = list(experiment.law.warnings())
-    if scenario.backend == "ideal":
-        return tuple(found)
-    bodies = [i for i, name in enumerate(experiment.network.names) if name in experiment.scene.bodies]
-    for index in bodies:
-        name = experiment.network.names[index]
-        demand = twin.variables["friction_utilisation_predicted"][:, index].max(axis=-1)
-        if demand.max() > 1:
-            found.append(
-                f"{name} is predicted to slip: it needs {demand.max():.2g} times the friction there is, "
-                f"first at {twin.time[int((demand > 1).argmax())]:.3g} s; a larger similarity.time asks for less"
-            )
-        cut = twin.variables["torque_saturation"][:, index].max(axis=-1) > 0
-        if cut.any():
-            found.append(
-                f"{name} is predicted to exceed its motors' limits ({drive.motor.torque_limit:.3g} N m, "
-                f"{drive.motor.no_load_speed:.3g} rad/s) for {100 * cut.mean():.2g} % of the run, "
-                f"first at {twin.time[int(cut.argmax())]:.3g} s"
-            )
-    return tuple(found)
+    found = experiment.law.warnings()
+    return found if scenario.backend == "ideal" else (*found, *predictions(scenario, experiment, twin, drive))
 
 
 def save_json(path: Path, tree: Any) -> Path:
@@ -194,8 +183,8 @@ def _recording(
         "name": scenario.name,
         "backend": scenario.backend,
         "outcome": f"diverged: {main.failure}" if main.failure else outcome,
-        "length_scale": scenario.similarity.length,
-        "time_scale": scenario.similarity.time,
+        "length_scale": experiment.similarity.length,
+        "time_scale": experiment.similarity.time,
         "friction": scenario.physics.friction,
         "torque_limit": drive.motor.torque_limit,
         "seed": scenario.seed,

@@ -1,0 +1,266 @@
+"""What a motion on the ideal model asks of wheels, motors and floor, and how much faster it could be.
+
+A motion sped up by the factor s (s < 1 is slower) keeps its shape: its time scale is divided by s. Accelerations
+and products of velocities scale with s^2, velocities with s (docs/theory.md, similarity); robot and gravity do
+not scale. So, for every wheel and instant,
+
+    friction   D s^2 <= mu_m (N_0 + s^2 (N - N_0))      D: force on the floor, N: load, N_0: load at rest
+    speed      |w| s <= w_0                             w: wheel speed, w_0: no-load speed
+    torque     |tau| s^2 <= tau_max                     and, on the motor's line,
+               |tau| s^2 + sign(tau) tau_0 (w/w_0) s <= tau_0     tau_0: stall torque
+
+with mu_m the margin times the friction coefficient. Each of these holds up to one largest s, in closed form; the
+smallest of them over wheels and instants is the factor by which the motion may be sped up.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from nhtrack.arrays import Array
+from nhtrack.diffdrive import DiffDrive
+from nhtrack.rollout import Rollout
+from nhtrack.scenario.build import Experiment
+from nhtrack.scenario.schema import Scenario
+
+WHEELS = ("left", "right")
+LIMITS = ("friction", "wheel speed", "wheel torque")  # in the order of `largest_factors`
+_DIGITS = 4  # of a time scale; friction goes with its square and is then used to within 0.2 % of the margin
+
+
+class Motion(NamedTuple):
+    """Motion of n robots at the start and at the end of every control period, between which it changes linearly.
+
+    Attributes:
+        time: [s], shape (k,), two rows a period.
+        v: forward velocities [m/s], shape (k, ..., n), and so the others.
+        omega: yaw rates [rad/s].
+        u_x: forward accelerations [m/s^2].
+        u_theta: yaw accelerations [rad/s^2].
+    """
+
+    time: Array
+    v: Array
+    omega: Array
+    u_x: Array
+    u_theta: Array
+
+    @property
+    def rates(self) -> tuple[Array, Array, Array, Array]:
+        """v, omega, u_x, u_theta: what the reduced model's functions take."""
+        return self.v, self.omega, self.u_x, self.u_theta
+
+
+def motion_of(run: Rollout, robots: Any = slice(None)) -> Motion:
+    """Returns the motion of a run on the ideal model, of the chosen robots (indices or a slice)."""
+    twist, held = run.variables["twist"][..., robots, :], run.variables["input"][:-1][..., robots, :]
+    ends = np.stack([twist[:-1], twist[1:]], axis=1).reshape(-1, *twist.shape[1:])
+    u = np.repeat(held, 2, axis=0)
+    time = np.stack([run.time[:-1], run.time[1:]], axis=1).ravel()
+    return Motion(time, ends[..., 0], ends[..., 2], u[..., 0], u[..., 1])
+
+
+def largest_factors(motion: Motion, drive: DiffDrive, friction: float) -> Array:
+    """Returns the largest s at which each limit holds, the module's equations, shape (3, k, ..., n, 2).
+
+    Args:
+        motion: in robot units.
+        drive: the robots' reduced model.
+        friction: share of the load that friction may carry, margin times coefficient.
+    """
+    motor, at_rest = drive.motor, _loads_at_rest(drive)
+    excess = drive.friction_demand(*motion.rates) - friction * (drive.wheel_loads(*motion.rates) - at_rest)
+    torque, speed = drive.wheel_torques(*motion.rates), drive.wheel_speeds(motion.v, motion.omega)
+    opposing = motor.stall_torque * np.sign(torque) * speed / motor.no_load_speed
+    root = opposing + np.sqrt(opposing**2 + 4 * motor.stall_torque * np.abs(torque))
+    return np.stack(
+        [
+            np.sqrt(_ratio(friction * at_rest, excess)),
+            _ratio(motor.no_load_speed, np.abs(speed)),
+            np.minimum(np.sqrt(_ratio(motor.torque_limit, np.abs(torque))), _ratio(2 * motor.stall_torque, root)),
+        ]
+    )
+
+
+def _loads_at_rest(drive: DiffDrive) -> Array:
+    """Returns the wheel loads of a robot that stands [N], shape (1, 2)."""
+    zero = np.zeros(1)
+    return drive.wheel_loads(zero, zero, zero, zero)
+
+
+def _ratio(limit: Array | float, demand: Array) -> Array:
+    """Returns limit/demand, infinite where nothing is asked for."""
+    asked = demand > 0
+    return np.where(asked, limit / np.where(asked, demand, 1.0), np.inf)
+
+
+def torque_limits(drive: DiffDrive, torque: Array, speed: Array) -> Array:
+    """Returns the torque [N m] a motor can give in the direction of `torque` at `speed` [rad/s]; not below zero."""
+    motor = drive.motor
+    line = motor.stall_torque * (1 - np.sign(torque) * speed / motor.no_load_speed)
+    return np.clip(line, 0.0, motor.torque_limit)
+
+
+@dataclass(frozen=True)
+class Demand:
+    """The most a robot's motion asks of one quantity.
+
+    Attributes:
+        robot: its name.
+        quantity: what is asked for, such as `wheel_torque`.
+        value: how much, in `unit`, at the moment when the share is largest.
+        unit: of value and limit.
+        limit: what there is at that moment, or None where nothing limits the quantity itself.
+        share: how much of what there is; more than 1 does not fit. None where there is no limit.
+        time: when, on the robot's clock [s].
+        wheel: `left` or `right`, or None for the robot as a whole.
+    """
+
+    robot: str
+    quantity: str
+    value: float
+    unit: str
+    limit: float | None
+    share: float | None
+    time: float
+    wheel: str | None = None
+
+
+@dataclass(frozen=True)
+class Binding:
+    """The limit a robot meets first when its motion is sped up.
+
+    Attributes:
+        robot: its name.
+        factor: largest s at which it fits; below 1 it does not fit now.
+        limit: one of `LIMITS`.
+        wheel: `left` or `right`.
+        time: when, on the robot's clock [s].
+    """
+
+    robot: str
+    factor: float
+    limit: str
+    wheel: str
+    time: float
+
+
+def robots_with_wheels(experiment: Experiment) -> dict[str, int]:
+    """Returns the index of every robot that has a body, by name: all but a virtual leader."""
+    return {name: i for i, name in enumerate(experiment.network.names) if name in experiment.scene.bodies}
+
+
+def bindings(experiment: Experiment, run: Rollout, drive: DiffDrive, friction: float) -> tuple[Binding, ...]:
+    """Returns the limit that each robot of an ideal run meets first; `friction` as in `largest_factors`."""
+    found = []
+    for name, i in robots_with_wheels(experiment).items():
+        motion = motion_of(run, i)
+        factors = largest_factors(motion, drive, friction)
+        limit, row, wheel = np.unravel_index(factors.argmin(), factors.shape)
+        factor = float(factors[limit, row, wheel])
+        found.append(Binding(name, factor, LIMITS[limit], WHEELS[wheel], float(motion.time[row])))
+    return tuple(found)
+
+
+def demands(experiment: Experiment, run: Rollout, drive: DiffDrive, friction: float) -> tuple[Demand, ...]:
+    """Returns the most that each robot of an ideal run asks for, quantity by quantity.
+
+    Args:
+        experiment: what was run.
+        run: its rollout on the ideal model.
+        drive: the robots' reduced model.
+        friction: coefficient of wheels and floor.
+    """
+    return tuple(
+        demand
+        for name, i in robots_with_wheels(experiment).items()
+        for demand in _demands_of(name, motion_of(run, i), drive, friction)
+    )
+
+
+def _demands_of(robot: str, motion: Motion, drive: DiffDrive, friction: float) -> list[Demand]:
+    found = []
+    for quantity, values, unit in (
+        ("forward_acceleration", np.abs(motion.u_x), "m/s^2"),
+        ("yaw_acceleration", np.abs(motion.u_theta), "rad/s^2"),
+    ):
+        row = int(values.argmax())
+        found.append(Demand(robot, quantity, float(values[row]), unit, None, None, float(motion.time[row])))
+    for quantity, unit, use in wheel_uses(motion, drive, friction):
+        at = np.unravel_index(use.share.argmax(), use.share.shape)
+        value, limit, share = (float(np.broadcast_to(values, use.share.shape)[at]) for values in use)
+        found.append(Demand(robot, quantity, value, unit, limit, share, float(motion.time[at[0]]), WHEELS[at[1]]))
+    return found
+
+
+class Use(NamedTuple):
+    """What wheels are asked for, what there is, and the share of it, each of shape (k, ..., n, 2) or broadcasting."""
+
+    value: Array
+    limit: Array
+    share: Array
+
+
+def wheel_uses(motion: Motion, drive: DiffDrive, friction: float) -> tuple[tuple[str, str, Use], ...]:
+    """Returns what the wheels of a motion are asked for, each with its quantity and unit.
+
+    A wheel that the motion would lift has a load below zero and uses more than all of it.
+    """
+    utilisation, load = drive.friction_utilisation(*motion.rates, friction), drive.wheel_loads(*motion.rates)
+    torque, speed = drive.wheel_torques(*motion.rates), drive.wheel_speeds(motion.v, motion.omega)
+    available = torque_limits(drive, torque, speed)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        torque_share = np.where(torque == 0, 0.0, np.abs(torque) / available)
+    no_load = drive.motor.no_load_speed
+    return (
+        ("friction_utilisation", "1", Use(utilisation, np.float64(1.0), utilisation)),
+        ("wheel_speed", "rad/s", Use(np.abs(speed), np.float64(no_load), np.abs(speed) / no_load)),
+        ("wheel_torque", "N m", Use(np.abs(torque), available, torque_share)),
+        ("wheel_load", "N", Use(load, np.float64(0.0), 1 - load / _loads_at_rest(drive))),
+    )
+
+
+def predictions(scenario: Scenario, experiment: Experiment, run: Rollout, drive: DiffDrive) -> tuple[str, ...]:
+    """Returns what an ideal run says will go wrong on wheels, in sentences, with the time scale that would fit."""
+    if len(run.time) < 2:
+        return ()
+    friction, similarity = scenario.physics.friction, scenario.similarity
+    faults = [_fault(demand) for demand in demands(experiment, run, drive, friction) if _is_over(demand)]
+    worst = min(binding.factor for binding in bindings(experiment, run, drive, similarity.friction_margin * friction))
+    remedy = "no similarity.time would fit"
+    if worst > 0:
+        remedy = f"similarity.time {rounded_up(similarity.time_scale / worst):g} would fit"
+    return tuple(f"{fault}; {remedy}" for fault in faults)
+
+
+def _is_over(demand: Demand) -> bool:
+    return demand.share is not None and demand.share > 1
+
+
+def _fault(demand: Demand) -> str:
+    wheel, when = f"its {demand.wheel} wheel", f"at {demand.time:.3g} s"
+    match demand.quantity:
+        case "friction_utilisation" if math.isinf(demand.value):
+            return f"{demand.robot} is predicted to slip: {wheel} needs friction {when} and there is none"
+        case "friction_utilisation":
+            times = f"{demand.value:.3g} times the friction there is"
+            return f"{demand.robot} is predicted to slip: {wheel} needs {times} {when}"
+        case "wheel_load":
+            return f"{demand.robot} is predicted to lift {wheel} {when}"
+        case quantity:
+            asked = f"{demand.value:.3g} of {demand.limit:.3g} {demand.unit}"
+            what = quantity.removeprefix("wheel_")
+            return f"{demand.robot} is predicted to exceed its motors' limits: {what} of {wheel} {when}, {asked}"
+
+
+def rounded_up(value: float) -> float:
+    """Returns the smallest number of four significant digits that is not below a positive value."""
+    nearest = float(f"{value:.{_DIGITS}g}")
+    if nearest >= value:
+        return nearest
+    step = 10.0 ** (math.floor(math.log10(value)) - _DIGITS + 1)
+    return float(f"{nearest + step:.{_DIGITS}g}")
