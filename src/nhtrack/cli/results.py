@@ -52,7 +52,7 @@ def run(
     overrides = list(changes or [])
     overrides += [f"backend={backend.value}"] if backend is not None else []
     overrides += [f"seed={seed}"] if seed is not None else []
-    loaded = _load(scenario, overrides)
+    loaded = load_scenario(scenario, overrides)
     from nhtrack.study.run import run_scenario
 
     with progress_bars() as stage:
@@ -64,7 +64,7 @@ def run(
         fail("interrupted; what was recorded until then is kept", EXIT_INTERRUPTED)
 
 
-def _load(source: str, overrides: list[str]) -> Scenario:
+def load_scenario(source: str, overrides: list[str]) -> Scenario:
     """Returns the scenario of a file, of a bundled name, or the one a recording was made from."""
     from nhtrack.scenario.load import load, load_tree
 

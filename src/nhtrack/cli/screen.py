@@ -24,7 +24,8 @@ _REDRAWS = 200  # a bar moves at most this often, so that reporting costs nothin
 def progress_bars() -> Iterator[Callable[[str], Report]]:
     """Shows bars on stderr while work goes on; yields what opens a bar by its name."""
     columns = TextColumn("{task.description:12}"), BarColumn(), TaskProgressColumn(), TimeRemainingColumn()
-    with Progress(*columns, console=Console(stderr=True), transient=True) as bars:
+    console = Console(stderr=True)
+    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bars:
 
         def stage(name: str) -> Report:
             task = bars.add_task(name, total=None)
@@ -51,7 +52,7 @@ def print_outcome(outcome: Outcome, console: Console) -> None:
 
 
 def _followers_table(summary: dict[str, Any]) -> Table:
-    table = _table(f"{summary['name']}: what each follower makes of its leader")
+    table = make_table(f"{summary['name']}: what each follower makes of its leader")
     for heading in ("follower", "start", "final", "final heading", "late", "late heading", "settled"):
         table.add_column(heading, justify="left" if heading == "follower" else "right")
     for name, figures in summary["followers"].items():
@@ -59,16 +60,16 @@ def _followers_table(summary: dict[str, Any]) -> Table:
             name,
             _metres(figures["initial_position_error"]),
             _metres(figures["final_position_error"]),
-            _quantity(figures["final_heading_error"], "rad"),
+            show_quantity(figures["final_heading_error"], "rad"),
             _metres(figures["late_position_error"]),
-            _quantity(figures["late_heading_error"], "rad"),
-            _quantity(figures["settling_time"], "s"),
+            show_quantity(figures["late_heading_error"], "rad"),
+            show_quantity(figures["settling_time"], "s"),
         )
     return table
 
 
 def _robots_table(summary: dict[str, Any]) -> Table:
-    table = _table("How far wheels and ideal twin part, and what the floor had to do")
+    table = make_table("How far wheels and ideal twin part, and what the floor had to do")
     for heading in ("robot", "path", "gap RMS", "gap max", "friction used", "torque at limit"):
         table.add_column(heading, justify="left" if heading == "robot" else "right")
     for name, figures in summary["robots"].items():
@@ -77,13 +78,14 @@ def _robots_table(summary: dict[str, Any]) -> Table:
             _metres(figures["path_length"]),
             _metres(figures["gap_position_rms"]),
             _metres(figures["gap_position_max"]),
-            _percent(figures["peak_utilisation"]),
-            _percent(figures["torque_saturation_share"]),
+            show_share(figures["peak_utilisation"]),
+            show_share(figures["torque_saturation_share"]),
         )
     return table
 
 
-def _table(title: str) -> Table:
+def make_table(title: str) -> Table:
+    """Returns an empty table in the manner of all results."""
     return Table(title=title, title_justify="left", title_style="bold", box=None, padding=(0, 1))
 
 
@@ -96,9 +98,11 @@ def _metres(value: float | None) -> str:
     return f"{1e3 * value:.3g} mm" if value >= 1e-6 else f"{value:.1e} m"
 
 
-def _quantity(value: float | None, unit: str) -> str:
-    return "-" if value is None else f"{value:.3g} {unit}"
+def show_quantity(value: float | None, unit: str) -> str:
+    """Returns a number to three digits with its unit, `-` where there is none."""
+    return "-" if value is None else f"{value:.3g} {unit}".rstrip()
 
 
-def _percent(value: float | None) -> str:
+def show_share(value: float | None) -> str:
+    """Returns a share in per cent, `-` where there is none."""
     return "-" if value is None else f"{100 * value:.3g} %"
