@@ -3,7 +3,7 @@
 from nhtrack.cli.app import app, main
 from nhtrack.cli.results import render, run
 from nhtrack.cli.scenarios import init, list_assets, schema, validate
-from nhtrack.cli.studies import feasibility
+from nhtrack.cli.studies import feasibility, tune
 from nhtrack.cli.system import doctor
 
-__all__ = ["app", "doctor", "feasibility", "init", "list_assets", "main", "render", "run", "schema", "validate"]
+__all__ = ["app", "doctor", "feasibility", "init", "list_assets", "main", "render", "run", "schema", "tune", "validate"]

@@ -1,0 +1,146 @@
+"""What a tuning wants: figures of many closed loops at once, and the cost that weighs them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from typing import NamedTuple
+
+import numpy as np
+
+from nhtrack.arrays import Array
+from nhtrack.diffdrive import DiffDrive
+from nhtrack.errors import NhtrackError, did_you_mean
+from nhtrack.metrics import LATE, SETTLED
+from nhtrack.rollout import Rollout
+from nhtrack.study.demand import motion_of, wheel_uses
+
+# One unit of cost: what a good run leaves. Position errors are shares of the leader's path.
+_POSITION, _HEADING, _SETTLING, _UTILISATION = 0.01, 0.1, 0.1, 0.1
+_STEEPNESS = 100.0  # every per cent beyond the friction margin or a motor's limit costs one unit
+
+
+class ObjectiveError(NhtrackError):
+    """An objective that cannot be understood."""
+
+
+class Figures(NamedTuple):
+    """How closed loops went, worst robot each; floats, or arrays of shape (b,).
+
+    Attributes:
+        late_position: largest position error over the last 15 % of the run, as a share of the leader's path, or of
+            the largest starting distance where that is longer [1].
+        late_heading: largest heading error over the same time [rad].
+        settling: when the last follower settled, as a share of the run; 1 where one never does [1].
+        utilisation: peak predicted friction utilisation [1].
+        motor: peak share of what the motors can give, torque or speed [1].
+    """
+
+    late_position: Array
+    late_heading: Array
+    settling: Array
+    utilisation: Array
+    motor: Array
+
+
+def figures_of(run: Rollout, bodies: list[int], drive: DiffDrive, friction: float) -> Figures:
+    """Returns the figures of a batch of runs on the ideal model.
+
+    Args:
+        run: with a batch shape (b,).
+        bodies: indices of the robots that have wheels.
+        drive: their reduced model.
+        friction: coefficient of wheels and floor.
+    """
+    error = run.variables["error"][:, :, 1:]
+    distance, heading = np.hypot(error[..., 0], error[..., 1]), np.abs(error[..., 2])
+    path = np.abs(run.variables["twist"][:-1, :, 0, 0]).sum(axis=0) * (run.time[1] - run.time[0])
+    late = int(np.searchsorted(run.time, (1 - LATE) * run.time[-1]))
+    outside = distance > SETTLED * distance.max(axis=0)
+    last_outside = np.where(outside.any(axis=0), len(distance) - outside[::-1].argmax(axis=0), 0)
+    settled = np.where(last_outside <= late, last_outside / len(distance), 1.0)
+    utilisation, motor = np.zeros(len(path)), np.zeros(len(path))
+    for robot in bodies:  # one at a time: these are the largest arrays of a search
+        uses = {quantity: use.share for quantity, _, use in wheel_uses(motion_of(run, robot), drive, friction)}
+        utilisation = np.maximum(utilisation, uses["friction_utilisation"].max(axis=(0, -1)))
+        motor = np.maximum(motor, np.maximum(uses["wheel_torque"], uses["wheel_speed"]).max(axis=(0, -1)))
+    return Figures(
+        distance[late:].max(axis=(0, 2)) / np.maximum(path, distance[0].max(axis=-1)),
+        heading[late:].max(axis=(0, 2)),
+        settled.max(axis=-1),
+        utilisation,
+        motor,
+    )
+
+
+@dataclass(frozen=True)
+class Objective:
+    """Weights of what is wanted; the cost is their sum, and the penalties of what cannot be driven.
+
+    Attributes:
+        late: of the late errors, in per cent of the leader's path and tenths of a radian.
+        settling: of the settling time, in tenths of the run.
+        utilisation: of the peak predicted friction utilisation, in tenths.
+
+    Raises:
+        ObjectiveError: a weight below zero or not finite, or no weight at all.
+    """
+
+    late: float = 0.0
+    settling: float = 0.0
+    utilisation: float = 0.0
+
+    def __post_init__(self) -> None:
+        weights = self.weights.values()
+        if not all(np.isfinite(weight) and weight >= 0 for weight in weights) or not any(weights):
+            raise ObjectiveError(f"objective: expected weights of at least 0, one above it, got {self.weights}")
+
+    @property
+    def weights(self) -> Mapping[str, float]:
+        """Weights by name."""
+        return {field.name: getattr(self, field.name) for field in fields(self)}
+
+    @classmethod
+    def parse(cls, text: str) -> Objective:
+        """Returns the objective of a text such as `late` or `late=1,settling=0.5`.
+
+        Raises:
+            ObjectiveError: a name that is not known, or a weight that is not a number.
+        """
+        names = [field.name for field in fields(cls)]
+        weights: dict[str, float] = {}
+        for part in text.split(","):
+            name, equals, weight = (piece.strip() for piece in part.partition("="))
+            if name not in names:
+                raise ObjectiveError(f"no objective {name!r}; {did_you_mean(name, names)}")
+            try:
+                weights[name] = float(weight) if equals else 1.0
+            except ValueError:
+                raise ObjectiveError(f"objective {name}: expected a number as its weight, got {weight!r}") from None
+        return cls(**weights)
+
+    def __str__(self) -> str:
+        used = {name: weight for name, weight in self.weights.items() if weight}
+        if list(used.values()) == [1.0]:
+            return next(iter(used))
+        return ",".join(f"{name}={weight:g}" for name, weight in used.items())
+
+    def cost(self, figures: Figures, margin: float) -> Array:
+        """Returns the cost of figures, shape (b,); infinite where a wheel would lift and for runs that diverge.
+
+        Args:
+            figures: of the runs.
+            margin: friction utilisation above which the penalty begins.
+        """
+        over_friction = np.maximum(0, figures.utilisation / margin - 1)
+        over_motor = np.maximum(0, figures.motor - 1)
+        cost = _STEEPNESS * (over_friction + over_motor)
+        terms = {
+            "late": figures.late_position / _POSITION + figures.late_heading / _HEADING,
+            "settling": figures.settling / _SETTLING,
+            "utilisation": figures.utilisation / _UTILISATION,
+        }
+        for name, weight in self.weights.items():
+            if weight:
+                cost = cost + weight * terms[name]
+        return np.where(np.isnan(cost), np.inf, cost)
