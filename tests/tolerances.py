@@ -124,6 +124,21 @@ TWIN_GAP = 1e-3  # [m] RMS
 # 6 urad at most; a first-order error anywhere shows as a tenth of a millimetre.
 TWIN_GAP_REGRESSION = 5e-6  # [m] RMS
 TWIN_HEADING_REGRESSION = 1e-5  # [rad] RMS
-# Utilisation along a run, RMS of measured minus predicted: measured 2e-4 at most. Single periods differ by 0.7 % of
-# the limit where the command jumps, since the contacts carry the load over in a few steps.
+# Utilisation along a run, RMS of measured minus predicted: measured 2e-4 at most. Single periods differ by
+# 0.7 % of the limit where the command jumps, since the contacts carry the load over in a few steps.
 UTILISATION_ALONG_A_RUN = 1e-3
+
+# -- feasibility -----------------------------------------------------------------------------------
+
+# A motion sped up by its largest factor stands at its limit: a square root and some thirty rounded operations,
+# relative to demands whose terms cancel to a tenth at worst in what is drawn.
+AT_THE_LIMIT = 1e-10
+
+# Two closed loops that are one in their own units, over hundreds of periods: rounding, amplified by the gains.
+SAME_IN_OWN_UNITS = 1e-9
+
+# `time: auto` uses friction up to the margin less this: four digits of T, twice, and the 0.2 % that end its search.
+MARGIN_LEFT = 0.01
+# Measured utilisation is that much above the margin at most: loads leave out products of inertia, and contacts take a
+# few steps to carry a jump of the command over (UTILISATION_ALONG_A_RUN).
+MARGIN_EXCEEDED = 0.01

@@ -1,4 +1,4 @@
-"""The budgets can be broken: one wrong sign, number or shape each, and the open-loop run leaves its budget."""
+"""The budgets can be broken: one wrong sign, number or shape, and the open-loop run leaves its budget."""
 
 from __future__ import annotations
 
