@@ -10,12 +10,30 @@ import numpy as np
 from nhtrack import se2
 from nhtrack.arrays import Array
 from nhtrack.control import Law, Leader, Memory, Robots
+from nhtrack.control.virtual_leader import Combination, Transform, VirtualLeader, VirtualMemory
 from nhtrack.errors import SimulationDiverged
 from nhtrack.network import Network
 from nhtrack.recording import VARIABLES
 from nhtrack.simulation.state import Simulation, State
 
 Progress = Callable[[int, int], None]
+
+
+@dataclass(frozen=True)
+class Tracking:
+    """How what a follower tracks is made from its parents.
+
+    Attributes:
+        offsets: places of the robots in the frames of their (virtual) leaders [m], shape (n, 2), or None.
+        virtual_leader: twist of a leader folded from several parents, see `nhtrack.control.virtual_leader.fold`.
+        formation: twist of a leader displaced by an offset, see `nhtrack.control.virtual_leader.displace`.
+        dead_zone_speed: speed below which the attitude of a place is that of its leader [m/s].
+    """
+
+    offsets: Array | None = None
+    virtual_leader: Combination = "convex"
+    formation: Transform = "printed"
+    dead_zone_speed: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -43,6 +61,7 @@ def rollout(
     network: Network,
     inputs: np.ndarray,
     start: State,
+    tracking: Tracking | None = None,
     progress: Progress | None = None,
 ) -> Rollout:
     """Returns the run of a network under a law.
@@ -59,11 +78,12 @@ def rollout(
         network: who tracks whom.
         inputs: accelerations (u_x, u_theta) of the root for each period, shape (periods, ..., 2).
         start: the state to begin with.
+        tracking: how what a follower tracks is made from its parents; as printed, without offsets, by default.
         progress: called with the periods done and their number.
     """
     log = _Log(len(inputs))
     state, failure, interrupted = simulation.reset(start), None, False
-    crew = _Crew(law, network, state)
+    crew = _Crew(law, network, tracking or Tracking(), state, simulation.dt)
     try:
         for k, u_root in enumerate(inputs):
             u, tracked = crew.command(state, u_root)
@@ -83,34 +103,52 @@ def rollout(
 class _Crew:
     """The followers, grouped by level, with their memories."""
 
-    def __init__(self, law: Law, network: Network, start: State) -> None:
+    def __init__(self, law: Law, network: Network, tracking: Tracking, start: State, dt: float) -> None:
         self._law = law
-        self._levels = network.levels[1:]
-        self._parents = [np.array([network.parents[robot][0] for robot in level]) for level in self._levels]
+        self._levels = [_Level(network, tracking, robots, dt) for robots in network.levels[1:]]
         at_rest = np.zeros((*start.g.shape[:-1], 2))
-        self._memories: list[Memory] = [
-            law.init(_robots(start, level), _leader(start, at_rest, parents))
-            for level, parents in zip(self._levels, self._parents, strict=True)
-        ]
+        self._memories = [level.init(law, start, at_rest) for level in self._levels]
 
     def command(self, state: State, u_root: Array) -> tuple[Array, State]:
         """Returns the accelerations of all robots, shape (..., n, 2), and what each tracks (NaN for the root)."""
         u = np.full((*state.g.shape[:-1], 2), np.nan)
         g, xi = np.full_like(state.g, np.nan), np.full_like(state.xi, np.nan)
         u[..., 0, :] = u_root
-        for i, (level, parents) in enumerate(zip(self._levels, self._parents, strict=True)):
-            leader = _leader(state, u, parents)
-            u[..., level, :], self._memories[i] = self._law(_robots(state, level), leader, self._memories[i])
-            g[..., level, :], xi[..., level, :] = leader.g, leader.xi
+        for i, level in enumerate(self._levels):
+            virtual, memory = self._memories[i]
+            leader, virtual = level.leaders(level.parents(state, u), virtual)
+            u[..., level.robots, :], memory = self._law(level.followers(state), leader, memory)
+            g[..., level.robots, :], xi[..., level.robots, :] = leader.g, leader.xi
+            self._memories[i] = (virtual, memory)
         return u, State(state.t, g, xi)
 
 
-def _robots(state: State, which: Array) -> Robots:
-    return Robots(state.g[..., which, :], state.xi[..., which, :])
+class _Level:
+    """The robots at one distance from the root, and what makes their leaders."""
 
+    def __init__(self, network: Network, tracking: Tracking, robots: Array, dt: float) -> None:
+        self.robots = robots
+        self._parents, weights = network.folds(robots)
+        offsets = np.zeros((len(network), 2)) if tracking.offsets is None else tracking.offsets
+        self.leaders = VirtualLeader(
+            weights, offsets[robots], dt, tracking.virtual_leader, tracking.formation, tracking.dead_zone_speed
+        )
 
-def _leader(state: State, u: Array, parents: Array) -> Leader:
-    return Leader(state.g[..., parents, :], state.xi[..., parents, :], u[..., parents, :])
+    def init(self, law: Law, state: State, u: Array) -> tuple[VirtualMemory, Memory]:
+        """Returns the memories of the leaders and of the law to begin with."""
+        parents = self.parents(state, u)
+        memory = self.leaders.init(parents)
+        leader, _ = self.leaders(parents, memory)
+        return memory, law.init(self.followers(state), leader)
+
+    def followers(self, state: State) -> Robots:
+        return Robots(state.g[..., self.robots, :], state.xi[..., self.robots, :])
+
+    def parents(self, state: State, u: Array) -> Leader:
+        """Returns the parents of each robot, shapes (..., m, M, 3); a robot on wheels has no lateral acceleration."""
+        commanded = u[..., self._parents, :]
+        body = np.concatenate([commanded[..., :1], np.zeros_like(commanded[..., :1]), commanded[..., 1:]], axis=-1)
+        return Leader(state.g[..., self._parents, :], state.xi[..., self._parents, :], body)
 
 
 class _Log:

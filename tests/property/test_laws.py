@@ -95,7 +95,7 @@ def scenes(draw_: st.DrawFn, headings: st.SearchStrategy[float] = relative_headi
     relative = np.array([draw_(places), draw_(places), draw_(headings)])
     xi_0, xi_1 = (np.array([draw_(speeds), 0.0, draw_(speeds)]) for _ in range(2))
     g = np.asarray(se2.compose(leader, relative))
-    scene = Scene(Robots(g, xi_1), Leader(leader, xi_0, np.array([draw_(speeds), draw_(speeds)])))
+    scene = Scene(Robots(g, xi_1), Leader(leader, xi_0, np.array([draw_(speeds), 0.0, draw_(speeds)])))
     q, r = np.asarray(se2.log(relative)), relative
     assume(abs(q[0]) > 1e-6)  # at q_x = 0 beta jumps by pi, and rounding decides
     carried_x, carried_y = xi_0[0] - xi_0[2] * r[1], xi_0[2] * r[0]
@@ -133,7 +133,7 @@ def random_scene(shape: tuple[int, ...], seed: int = 0) -> Scene:
     rng = np.random.default_rng(seed)
     g = rng.uniform(-5, 5, (2, *shape, 3))
     xi = rng.uniform(-2, 2, (2, *shape, 3)) * [1, 0, 1]
-    return Scene(Robots(g[0], xi[0]), Leader(g[1], xi[1], rng.uniform(-2, 2, (*shape, 2))))
+    return Scene(Robots(g[0], xi[0]), Leader(g[1], xi[1], rng.uniform(-2, 2, (*shape, 3)) * np.array([1.0, 0.0, 1.0])))
 
 
 def at(scene: Scene, index: object) -> Scene:
@@ -150,7 +150,7 @@ def test_law_is_the_paper_s(law: AnyLaw, scene: Scene) -> None:
     theta = abs(scene.relative[2])
     assume(theta <= PI or theta > PI + 1e-9)  # rounded past pi the two may take different branches
     follower, leader = state(*scene.follower), state(scene.leader.g, scene.leader.xi)
-    expected = paper(law)(follower, leader, scene.leader.u, independent.Branch(0.25))
+    expected = paper(law)(follower, leader, scene.leader.u[::2], independent.Branch(0.25))
     error = np.abs(first_command(law, scene) - expected).max()
     assert error <= tol.LAW * Sizes.of(scene).rounding(law)
 
@@ -169,7 +169,7 @@ def test_law_is_the_paper_s_whole_turns_away(law: AnyLaw, turns: int) -> None:
 def test_published_and_full_differ_by_the_bracket() -> None:
     """u_x differs by -omega_1 v_y01 (docs/theory.md, slip 1), worked by hand."""
     follower = Robots(np.array([1.0, 2.0, PI / 2]), np.array([0.5, 0.0, 3.0]))
-    leader = Leader(np.zeros(3), np.array([0.7, 0.0, 0.2]), np.zeros(2))
+    leader = Leader(np.zeros(3), np.array([0.7, 0.0, 0.2]), np.zeros(3))
     published, full = (first_command(law, Scene(follower, leader)) for law in EXAMPLES[:2])
     v_y01 = 0.7 - 0.2 * 2.0  # (v_0 - omega_0 r_y) sin(pi/2) - omega_0 r_x cos(pi/2)
     assert full[0] - published[0] == pytest.approx(-3.0 * v_y01, abs=tol.HAND)
@@ -196,7 +196,7 @@ def test_law_is_mirror_symmetric(law: AnyLaw, scene: Scene) -> None:
     """A world seen in a mirror along x obeys the mirrored law, to the last bit."""
     flip, flip_u = np.array([1.0, -1.0, -1.0]), np.array([1.0, -1.0])
     follower = Robots(scene.follower.g * flip, scene.follower.xi * flip)
-    leader = Leader(scene.leader.g * flip, scene.leader.xi * flip, scene.leader.u * flip_u)
+    leader = Leader(scene.leader.g * flip, scene.leader.xi * flip, scene.leader.u * flip)
     np.testing.assert_array_equal(first_command(law, Scene(follower, leader)), first_command(law, scene) * flip_u)
 
 
@@ -207,7 +207,7 @@ def scaled(law: AnyLaw, scene: Scene, similarity: Similarity) -> tuple[AnyLaw, S
     leader = Leader(
         similarity.poses_to_robot(scene.leader.g),
         similarity.twists_to_robot(scene.leader.xi),
-        similarity.inputs_to_robot(scene.leader.u),
+        np.insert(similarity.inputs_to_robot(scene.leader.u[..., ::2]), 1, 0.0, axis=-1),
     )
     return law, Scene(follower, leader)
 
@@ -284,7 +284,7 @@ def test_law_needs_the_array_api_only(law: AnyLaw, shape: tuple[int, ...]) -> No
 def behind(theta: float, y: float = 0.0) -> Scene:
     """A follower 2 m behind a leader that drives straight on, y to the left of its axis."""
     follower = Robots(np.array([-2.0, y, theta]), np.array([0.3, 0.0, 0.0]))
-    return Scene(follower, Leader(np.zeros(3), np.array([1.0, 0.0, 0.0]), np.zeros(2)))
+    return Scene(follower, Leader(np.zeros(3), np.array([1.0, 0.0, 0.0]), np.zeros(3)))
 
 
 @every_law
@@ -353,7 +353,7 @@ def test_commands_stay_finite_however_the_follower_turns(law: AnyLaw, steps: lis
 
 def on_target(xi_0: tuple[float, float, float], u_0: tuple[float, float]) -> Scene:
     g, xi = np.array([0.4, -0.3, 2.0]), np.array(xi_0)
-    return Scene(Robots(g, xi), Leader(g.copy(), xi.copy(), np.array(u_0)))
+    return Scene(Robots(g, xi), Leader(g.copy(), xi.copy(), np.array([u_0[0], 0.0, u_0[1]])))
 
 
 @pytest.mark.parametrize("variant", ["published", "full"])
@@ -375,7 +375,7 @@ def test_beta_is_noise_within_its_dead_zone(law: AnyLaw) -> None:
     steering = []
     for size in (0.999e-3, 1.001e-3):
         follower = Robots(np.array([0.6 * size, 0.8 * size, 0.0]), np.zeros(3))
-        steering.append(first_command(law, Scene(follower, Leader(np.zeros(3), np.zeros(3), np.zeros(2))))[1])
+        steering.append(first_command(law, Scene(follower, Leader(np.zeros(3), np.zeros(3), np.zeros(3))))[1])
     assert steering == [0.0, pytest.approx(law.kp * law.k * math.atan(0.8 / 0.6), rel=tol.HAND)]
 
 
@@ -385,7 +385,7 @@ def test_adjoint_attitude_is_noise_within_its_dead_zone(variant: str) -> None:
     law = Published(4.0, 6.0, 2.0, 7.0, variant=variant, dead_zone_speed=1e-3)
     steering = []
     for omega in (0.999e-3, 1.001e-3):
-        leader = Leader(np.zeros(3), np.array([0.0, 0.0, omega]), np.zeros(2))
+        leader = Leader(np.zeros(3), np.array([0.0, 0.0, omega]), np.zeros(3))
         steering.append(first_command(law, Scene(Robots(np.array([1.0, 0.0, 0.0]), leader.xi), leader))[1])
     assert steering == [0.0, pytest.approx(2.0 * PI / 2, rel=tol.HAND)]
 
@@ -395,7 +395,7 @@ def test_adjoint_attitude_is_noise_within_its_dead_zone(variant: str) -> None:
 @example(EXAMPLES[2], 0.0, -1e-300, -PI)
 def test_a_leader_at_rest_asks_for_finite_commands(law: AnyLaw, x: float, y: float, theta: float) -> None:
     follower = Robots(np.array([x, y, theta]), np.zeros(3))
-    u = first_command(law, Scene(follower, Leader(np.zeros(3), np.zeros(3), np.zeros(2))))
+    u = first_command(law, Scene(follower, Leader(np.zeros(3), np.zeros(3), np.zeros(3))))
     assert np.isfinite(u).all()
 
 

@@ -14,7 +14,7 @@ from nhtrack.control.relative import arctan_ratio
 
 PI = math.pi
 FOLLOWER = Robots(np.array([2.0, 1.0, PI / 2]), np.array([0.5, 0.0, 0.25]))
-LEADER = Leader(np.zeros(3), np.array([1.0, 0.0, 0.5]), np.array([0.3, 0.2]))
+LEADER = Leader(np.zeros(3), np.array([1.0, 0.0, 0.5]), np.array([0.3, 0.0, 0.2]))
 
 
 def command(law: Published | Stabiliser, follower: Robots = FOLLOWER, leader: Leader = LEADER) -> np.ndarray:

@@ -25,8 +25,8 @@ class Leader(NamedTuple):
     Attributes:
         g: poses, as in `Robots`.
         xi: body twists, as in `Robots`.
-        u: accelerations (u_x [m/s^2], u_theta [rad/s^2]) the leader was commanded this period, before any saturation;
-            for the root its input u0. Shape (..., 2).
+        u: body accelerations (u_x, u_y [m/s^2], u_theta [rad/s^2]) the leader was commanded this period, before any
+            saturation; for the root its input u0. u_y is zero but for `exact` virtual leaders. Shape (..., 3).
     """
 
     g: Array

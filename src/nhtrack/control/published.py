@@ -59,10 +59,8 @@ class Published:
         theta, omega = relative.g[..., 2], relative.xi[..., 2]
         beta = side_angle(relative, self.dead_zone_length)
         attitude = adjoint_attitude(relative, self.dead_zone_speed)
-        u_x0, u_theta0 = leader.u[..., 0], leader.u[..., 1]
-        u_theta = -self.ke * (theta - attitude) - self.kp * (theta + self.k * beta) - self.kd * omega + u_theta0
-        u_0 = xp.stack([u_x0, xp.zeros_like(u_x0), u_theta0], axis=-1)
-        feedforward = se2.Ad_inverse(relative.g, u_0)[..., 0]
+        u_theta = -self.ke * (theta - attitude) - self.kp * (theta + self.k * beta) - self.kd * omega + leader.u[..., 2]
+        feedforward = se2.Ad_inverse(relative.g, leader.u)[..., 0]
         u_x = -self.kp * relative.q[..., 0] - self.kd * relative.xi[..., 0] + feedforward
         if self.variant == "full":
             u_x = u_x + se2.ad(follower.xi, relative.xi)[..., 0]

@@ -9,6 +9,7 @@ import numpy as np
 from nhtrack.control import Law, Published, Stabiliser
 from nhtrack.network import Network
 from nhtrack.reference import Reference, Signal, make_segments, make_signal
+from nhtrack.rollout import Tracking
 from nhtrack.scenario import schema
 from nhtrack.similarity import Similarity
 from nhtrack.simulation.scene import SceneSpec
@@ -21,6 +22,7 @@ class Experiment:
 
     Attributes:
         network: who tracks whom.
+        tracking: how what a follower tracks is made from its parents.
         law: what every follower obeys.
         start: the state to begin with, shape (n, 3).
         inputs: accelerations (u_x, u_theta) of the root for each control period, shape (periods, 2): the
@@ -32,6 +34,7 @@ class Experiment:
     """
 
     network: Network
+    tracking: Tracking
     law: Law
     start: State
     inputs: np.ndarray
@@ -48,11 +51,12 @@ def build(scenario: schema.Scenario) -> Experiment:
         TypeError: `similarity.time` is still `auto`.
     """
     similarity = Similarity(scenario.similarity.length, scenario.similarity.time_scale)
-    network = Network.from_parents(scenario.parents)
+    network = Network.from_parents(scenario.parents, scenario.weights)
     dt = 1.0 / scenario.control_rate
     middles = similarity.times_to_scenario((np.arange(scenario.periods) + 0.5) * dt)
     return Experiment(
         network=network,
+        tracking=_tracking(scenario, network, similarity),
         law=make_law(scenario.law, similarity),
         start=_start(scenario, network, similarity),
         inputs=similarity.inputs_to_robot(make_reference(scenario.leader.input).sample(middles)),
@@ -103,6 +107,17 @@ def _signal(given: schema.Signal) -> Signal:
     if isinstance(given, tuple):
         return make_segments([(segment.until, segment.value) for segment in given])
     return make_signal(given)
+
+
+def _tracking(scenario: schema.Scenario, network: Network, similarity: Similarity) -> Tracking:
+    places = {follower.name: follower.offset for follower in scenario.followers}
+    offsets = np.array([places.get(name, (0.0, 0.0)) for name in network.names])
+    return Tracking(
+        offsets=similarity.length * offsets,
+        virtual_leader=scenario.virtual_leader,
+        formation=scenario.formation,
+        dead_zone_speed=scenario.law.dead_zone.speed,
+    )
 
 
 def _start(scenario: schema.Scenario, network: Network, similarity: Similarity) -> State:

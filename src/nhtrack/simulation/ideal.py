@@ -111,9 +111,21 @@ def require_rolling(state: State) -> None:
         raise ValueError("state: v_y must be zero, the robots stand on wheels")
 
 
+def require_finite_command(u: Array, names: tuple[str, ...], t: float) -> None:
+    """Raises SimulationDiverged naming the first robot commanded something that is not finite.
+
+    In one MuJoCo scene a single such command spreads to every robot, so it is caught before it gets there.
+    """
+    _require_finite("command is not finite", np.isfinite(u).all(axis=-1), names, t)
+
+
 def require_finite(state: State, names: tuple[str, ...]) -> None:
     """Raises SimulationDiverged naming the first robot whose state is not finite."""
     finite = np.isfinite(state.g).all(axis=-1) & np.isfinite(state.xi).all(axis=-1)
+    _require_finite("state is not finite", finite, names, state.t)
+
+
+def _require_finite(reason: str, finite: Array, names: tuple[str, ...], t: float) -> None:
     if not finite.all():
         *batch, robot = np.argwhere(~finite)[0]
-        raise SimulationDiverged("state is not finite", names[robot], state.t, int(batch[0]) if batch else 0)
+        raise SimulationDiverged(reason, names[robot], t, int(batch[0]) if batch else 0)

@@ -23,7 +23,7 @@ from mujoco import batch as mujoco_batch
 from nhtrack.arrays import Array
 from nhtrack.diffdrive.reduced_model import utilisation
 from nhtrack.errors import SimulationDiverged
-from nhtrack.simulation.ideal import propagate, require_finite, require_rolling
+from nhtrack.simulation.ideal import propagate, require_finite, require_finite_command, require_rolling
 from nhtrack.simulation.scene import Scene
 from nhtrack.simulation.state import State
 
@@ -90,6 +90,7 @@ class MujocoSimulation:
     def step(self, u: Array) -> State:
         """Drives the robots through one control period; see `Simulation.step`."""
         command = self._batched(u)
+        require_finite_command(command, self.names, self.time)
         u, self._u_root = command[:, self._bodies], command[:, :1]
         self._clear_log()
         self._physics_step(0, before=self._u, during=(self._u + u) / 2)

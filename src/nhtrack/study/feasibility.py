@@ -178,7 +178,15 @@ def _worst(scenario: Scenario, drive: DiffDrive, progress: Progress | None) -> B
 def ideal_motion(experiment: Experiment, progress: Progress | None = None) -> tuple[Rollout, bool]:
     """Returns the run of an experiment on the ideal model, without telemetry, and whether a robot ran away."""
     simulation = Kinematics(experiment.network.names, experiment.dt)
-    run = rollout(simulation, experiment.law, experiment.network, experiment.inputs, experiment.start, progress)
+    run = rollout(
+        simulation,
+        experiment.law,
+        experiment.network,
+        experiment.inputs,
+        experiment.start,
+        experiment.tracking,
+        progress,
+    )
     if run.interrupted:
         raise KeyboardInterrupt
     return run, bool(simulation.lost.any())

@@ -161,7 +161,8 @@ def _roll(
     simulation: IdealSimulation | MujocoSimulation, experiment: Experiment, stage: Stage | None, name: str
 ) -> Rollout:
     progress = stage(name) if stage is not None else None
-    return rollout(simulation, experiment.law, experiment.network, experiment.inputs, experiment.start, progress)
+    setting = (experiment.law, experiment.network, experiment.inputs, experiment.start, experiment.tracking)
+    return rollout(simulation, *setting, progress=progress)
 
 
 def _bounds(twin: Rollout) -> tuple[float, float, float, float]:

@@ -37,7 +37,7 @@ _ROBOT_PERIODS = 2_500_000  # robots x candidates x periods in one batch: some 4
 _GENERATIONS = 4  # after the first
 _ELITE = 0.125  # share of all candidates that the next generation is drawn around
 _WIDEN = 0.05  # smallest spread of a generation, in e-folds of a gain
-_FINALISTS = 6
+_FINALISTS = 16
 _DOUBLINGS = 9  # of a sequence of which only some candidates are allowed
 _DIGITS = 3  # of a gain
 
@@ -285,7 +285,15 @@ class _Trial:
         start = experiment.start
         starts = State(start.t, *(np.broadcast_to(x, (len(batch), *x.shape)) for x in (start.g, start.xi)))
         simulation = Kinematics(experiment.network.names, experiment.dt)
-        run = rollout(simulation, experiment.law, experiment.network, experiment.inputs, starts, progress)
+        run = rollout(
+            simulation,
+            experiment.law,
+            experiment.network,
+            experiment.inputs,
+            starts,
+            experiment.tracking,
+            progress,
+        )
         if run.interrupted:
             raise KeyboardInterrupt
         bodies = list(robots_with_wheels(experiment).values())

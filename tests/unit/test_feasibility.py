@@ -1,0 +1,359 @@
+"""What a motion asks of wheels and motors, and the time scale at which it fits."""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import tolerances as tol
+from nhtrack.diffdrive import DiffDrive, identify
+from nhtrack.errors import FeasibilityError, ScenarioError
+from nhtrack.scenario.build import build
+from nhtrack.scenario.load import load_text
+from nhtrack.scenario.schema import Scenario
+from nhtrack.simulation.ideal import IdealSimulation
+from nhtrack.simulation.kinematics import Kinematics
+from nhtrack.simulation.scene import load_robot
+from nhtrack.simulation.state import State
+from nhtrack.study.demand import (
+    LIMITS,
+    Motion,
+    bindings,
+    demands,
+    largest_factors,
+    motion_of,
+    predictions,
+    rounded_up,
+    wheel_uses,
+)
+from nhtrack.study.feasibility import feasibility, fitting_time, ideal_motion, with_time
+from nhtrack.study.run import simulate
+
+CASE = """
+name: case
+duration: 8
+similarity: {length: 0.3, time: auto}
+leader:
+  start: {pose: [0, 0, 0]}
+  input: {u_x: 0.5, u_theta: "0.3*cos(t)"}
+followers:
+  - {name: follower, parents: [leader], start: {pose: [-3, 2, 0.5], twist: [0.2, 0.1]}}
+law: {name: published, kp: 4, kd: 6, ke: 1, k: 5, dead_zone: {length: 0, speed: 0}}
+"""
+
+
+@pytest.fixture(scope="module")
+def drive() -> DiffDrive:
+    return identify(load_robot("nh_mini"))
+
+
+def case(*overrides: str) -> Scenario:
+    return load_text(CASE, overrides=overrides)
+
+
+def sped_up(motion: Motion, factor: float) -> Motion:
+    """Returns the motion with its time divided by a factor, THEORY 6 with L = 1."""
+    squared = factor**2
+    return Motion(
+        motion.time / factor, motion.v * factor, motion.omega * factor, motion.u_x * squared, motion.u_theta * squared
+    )
+
+
+def shares(motion: Motion, drive: DiffDrive, friction: float) -> dict[str, float]:
+    """Returns the largest share of each limit, from the reduced model and the motor themselves."""
+    torque, speed = drive.wheel_torques(*motion.rates), drive.wheel_speeds(motion.v, motion.omega)
+    direction = np.sign(torque)
+    beyond = direction * drive.motor.saturate(1e3 * direction, speed)
+    return {
+        "friction": float(drive.friction_utilisation(*motion.rates, friction).max()),
+        "wheel speed": float(np.abs(speed).max() / drive.motor.no_load_speed),
+        "wheel torque": float((np.abs(torque) / np.maximum(beyond, 1e-300)).max()),
+    }
+
+
+# -- one motion -------------------------------------------------------------------------------------
+
+rates = st.tuples(*(st.floats(-bound, bound) for bound in (1.0, 10.0, 3.0, 30.0))).filter(
+    lambda motion: max(map(abs, motion)) > 1e-3
+)
+
+
+@given(rates, st.floats(0.05, 1.5))
+def test_sped_up_by_its_largest_factor_a_motion_stands_at_its_limit(
+    drive: DiffDrive, rate: tuple[float, float, float, float], friction: float
+) -> None:
+    motion = Motion(np.zeros(1), *(np.array([value]) for value in rate))
+    factors = largest_factors(motion, drive, friction).min(axis=(1, 2))
+    limit = LIMITS[int(factors.argmin())]
+    at_limit = shares(sped_up(motion, factors.min()), drive, friction)
+    assert at_limit[limit] == pytest.approx(1.0, rel=tol.AT_THE_LIMIT)
+    assert max(at_limit.values()) <= 1 + tol.AT_THE_LIMIT
+    assert max(shares(sped_up(motion, 1.01 * factors.min()), drive, friction).values()) > 1
+
+
+def test_limits_by_hand(drive: DiffDrive) -> None:
+    """Straight on: speed and torque alone; a robot that stands can be sped up for ever."""
+    zero, one = np.zeros(1), np.ones(1)
+    cruising = largest_factors(Motion(zero, one, zero, zero, zero), drive, 1.0)[:, 0, 0]
+    top_speed = drive.motor.no_load_speed * drive.wheel_radius
+    assert cruising[0] == np.inf
+    assert cruising[1] == pytest.approx(top_speed, rel=tol.HAND)
+    starting = largest_factors(Motion(zero, zero, zero, one, zero), drive, 100.0)[:, 0, 0]
+    strongest = 2 * drive.motor.torque_limit / (drive.wheel_radius * drive.m_eff)
+    assert starting[1:] == pytest.approx([np.inf, math.sqrt(strongest)], rel=tol.HAND)
+    assert np.all(largest_factors(Motion(zero, zero, zero, zero, zero), drive, 0.0) == np.inf)
+    assert largest_factors(Motion(zero, zero, zero, one, zero), drive, 0.0)[0].max() == 0
+
+
+def test_a_motor_that_moves_gives_less_and_one_that_brakes_does_not(drive: DiffDrive) -> None:
+    fast, zero, hard = np.array([1.2]), np.zeros(1), np.array([2.0])
+    pushing = wheel_uses(Motion(zero, fast, zero, hard, zero), drive, 1.0)
+    braking = wheel_uses(Motion(zero, fast, zero, -hard, zero), drive, 1.0)
+    limits = [dict((name, use.limit) for name, _, use in uses)["wheel_torque"][0, 0] for uses in (pushing, braking)]
+    line = drive.motor.stall_torque * (1 - 1.2 / drive.wheel_radius / drive.motor.no_load_speed)
+    assert limits == pytest.approx([line, drive.motor.torque_limit], rel=tol.HAND)
+
+
+def test_rounding_goes_up_and_keeps_four_digits() -> None:
+    assert rounded_up(3.1527001) == 3.153
+    assert rounded_up(3.153) == 3.153
+    assert rounded_up(0.99991) == 1.0
+    assert rounded_up(123456.0) == 123500.0
+
+
+@given(st.floats(1e-6, 1e9))
+def test_a_rounded_time_is_never_smaller_and_hardly_larger(value: float) -> None:
+    assert value <= rounded_up(value) <= value * (1 + 1.0001e-3)
+
+
+# -- a run ------------------------------------------------------------------------------------------
+
+
+def test_a_run_scaled_by_formula_is_the_run_at_that_scale(drive: DiffDrive) -> None:
+    """The same periods in scenario time: the control rate scales along."""
+    one = case("similarity.time=2", "control_rate=50")
+    other = case("similarity.time=3", "control_rate=33.333333333333336", "physics.timestep=0.01")
+    runs = [(build(scenario), ideal_motion(build(scenario))[0]) for scenario in (one, other)]
+    assert [len(run.time) for _, run in runs] == [801, 801]
+    (slow, quick) = (motion_of(run) for _, run in runs)
+    for found, expected in zip(sped_up(slow, 2 / 3), quick, strict=True):
+        np.testing.assert_allclose(found, expected, rtol=0, atol=tol.SAME_IN_OWN_UNITS * np.abs(expected).max())
+    fitting = [
+        [scenario.similarity.time_scale / found.factor for found in bindings(experiment, run, drive, 0.7)]
+        for scenario, (experiment, run) in zip((one, other), runs, strict=True)
+    ]
+    assert fitting[0] == pytest.approx(fitting[1], rel=tol.SAME_IN_OWN_UNITS)
+
+
+def test_the_most_of_everything_is_what_the_run_itself_recorded(drive: DiffDrive) -> None:
+    scenario = case("similarity.time=2")
+    experiment = build(scenario)
+    run, lost = ideal_motion(experiment)
+    assert not lost
+    recording = simulate(case("similarity.time=2", "backend=ideal", "physics.friction=0.5")).recording
+    found = {(row.robot, row.quantity): row for row in demands(experiment, run, drive, 0.5)}
+    for name in ("leader", "follower"):
+        recorded = recording.dataset.sel(robot=name).isel(time=slice(1, None))
+        peak = float(np.abs(recorded["wheel_speed"]).max())
+        assert found[name, "wheel_speed"].value == pytest.approx(peak, rel=tol.HAND)
+        assert found[name, "forward_acceleration"].value == float(np.abs(recorded["input"][:-1, 0]).max())
+        # A recording has the ends of periods only; demands look at their starts too.
+        for quantity, variable in (
+            ("friction_utilisation", "friction_utilisation_predicted"),
+            ("wheel_torque", "wheel_torque"),
+        ):
+            row = found[name, quantity]
+            assert row.value >= float(np.abs(recorded[variable]).max()) * (1 - tol.HAND)
+            end = recorded.sel(wheel=row.wheel)
+            at = end.isel(time=slice(0, 2)) if row.time == 0 else end.sel(time=[row.time], method="nearest")
+            assert row.value == pytest.approx(float(np.abs(at[variable]).max()), rel=0.1)
+
+
+def test_a_virtual_leader_asks_for_nothing(drive: DiffDrive) -> None:
+    scenario = case("leader.virtual=true", "similarity.time=2")
+    experiment = build(scenario)
+    assert {row.robot for row in demands(experiment, ideal_motion(experiment)[0], drive, 1.0)} == {"follower"}
+
+
+# -- time: auto -------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("overrides", "limit"),
+    [(("physics.friction=0.2",), "friction"), ((), "wheel torque"), (("similarity.length=30",), "wheel speed")],
+)
+def test_auto_takes_what_there_is_and_no_more(drive: DiffDrive, overrides: tuple[str, ...], limit: str) -> None:
+    scenario = with_time(case(*overrides))
+    similarity, friction = scenario.similarity, scenario.physics.friction
+    assert similarity.time == rounded_up(similarity.time_scale)
+    experiment = build(scenario)
+    run, _ = ideal_motion(experiment)
+    motions = [motion_of(run, i) for i in range(2)]
+    used = {name: max(shares(motion, drive, friction)[name] for motion in motions) for name in LIMITS}
+    used["friction"] /= similarity.friction_margin
+    assert max(used.values()) <= 1
+    assert used[limit] >= 1 - tol.MARGIN_LEFT
+    assert with_time(case(*overrides)) == scenario
+
+
+def test_a_number_stays_what_it_is() -> None:
+    scenario = case("similarity.time=2.5")
+    assert with_time(scenario) is scenario
+
+
+def test_a_larger_margin_asks_for_less_time(drive: DiffDrive) -> None:
+    times = [
+        fitting_time(case("physics.friction=0.2", f"similarity.friction_margin={margin}"), drive)
+        for margin in (0.35, 0.7)
+    ]
+    assert times[0] / times[1] == pytest.approx(math.sqrt(2), rel=0.02)
+
+
+def test_a_recording_carries_the_number() -> None:
+    recording = simulate(case("backend=ideal")).recording
+    time = recording.scenario["similarity"]["time"]
+    assert time == with_time(case()).similarity.time == recording.time_scale
+    assert recording.time[-1] == pytest.approx(8 * time, abs=0.01)
+
+
+def test_until_it_is_found_there_is_no_number() -> None:
+    for use in (build, lambda scenario: scenario.periods):
+        with pytest.raises(TypeError, match="auto becomes a number by nhtrack.study.feasibility.with_time"):
+            use(case())
+
+
+@pytest.mark.parametrize(
+    ("overrides", "message"),
+    [
+        (
+            ("physics.friction=0",),
+            r"^leader's left wheel at 0 s asks for friction and there is none, however slow the motion$",
+        ),
+        (
+            ("similarity.length=1e8",),
+            r"needed: .* of \w+'s (left|right) wheel at .* s asks for it; that is .* control periods, and at most 2e\+06",
+        ),
+    ],
+)
+def test_what_no_time_scale_helps_is_told(overrides: tuple[str, ...], message: str) -> None:
+    with pytest.raises(FeasibilityError, match=message):
+        with_time(case(*overrides))
+
+
+def test_a_robot_that_never_moves_fits_at_once(drive: DiffDrive) -> None:
+    still = ("leader.input.u_x=0", "leader.input.u_theta=0", "followers[0].start={pose: [0, 0, 0]}")
+    scenario = with_time(case(*still, "physics.friction=0"))
+    assert scenario.periods == 100
+
+
+def test_the_input_of_an_auto_scenario_is_judged_when_it_is_loaded() -> None:
+    with pytest.raises(ScenarioError, match=r"leader\.input\.u_x: .* at t = "):
+        case("leader.input.u_x=1/(t-t)")
+
+
+# -- what is said -----------------------------------------------------------------------------------
+
+
+def predicted(*overrides: str) -> tuple[str, ...]:
+    scenario = case(*overrides)
+    experiment = build(scenario)
+    drive = identify(load_robot(scenario.robot))
+    return predictions(scenario, experiment, ideal_motion(experiment)[0], drive)
+
+
+def test_predictions_name_robot_wheel_time_and_remedy() -> None:
+    slippery = predicted("similarity.time=3", "physics.friction=0.05")
+    assert len(slippery) == 1
+    assert slippery[0].startswith("follower is predicted to slip: its right wheel needs 1.")
+    remedy = float(slippery[0].split("similarity.time ")[1].split()[0])
+    assert predicted(f"similarity.time={remedy}", "physics.friction=0.05") == ()
+    weak = predicted("similarity.time=0.6", "physics.friction=9")
+    assert any("follower is predicted to exceed its motors' limits: torque of its" in line for line in weak)
+    assert any("is predicted to exceed its motors' limits: speed of its" in line for line in weak)
+    assert any("is predicted to lift its" in line for line in predicted("similarity.time=0.3", "physics.friction=9"))
+
+
+def test_on_ice_predictions_know_no_remedy() -> None:
+    assert predicted("similarity.time=3", "physics.friction=0") == tuple(
+        f"{name} is predicted to slip: its left wheel needs friction at 0 s and there is none; "
+        "no similarity.time would fit"
+        for name in ("leader", "follower")
+    )
+
+
+def test_a_run_on_wheels_is_warned_of_and_an_ideal_one_is_not() -> None:
+    slippery = ("similarity.time=3", "physics.friction=0.05", "duration=1", "leader.virtual=true")
+    warned = simulate(case(*slippery)).summary["warnings"]
+    assert [line.split(":")[0] for line in warned] == ["follower is predicted to slip"]
+    assert simulate(case(*slippery, "backend=ideal")).summary["warnings"] == []
+
+
+def test_a_verdict_and_a_table_of_plain_values() -> None:
+    found = feasibility(case("similarity.time=2"))
+    assert found.fits
+    assert found.verdict.startswith("Fits at similarity.time 2, with friction used to 0.7 at most; the smallest")
+    assert f"that fits is {found.fitting_time:g}." in found.verdict
+    rows: list[dict[str, Any]] = json.loads(json.dumps(found.table, allow_nan=False))
+    assert [row["quantity"] for row in rows if row["robot"] == "follower"] == [
+        "forward_acceleration", "yaw_acceleration", "friction_utilisation", "wheel_speed", "wheel_torque",
+        "wheel_load", "time_scale",
+    ]  # fmt: skip
+    assert all({"robot", "quantity", "value", "unit", "limit", "share", "time"} <= set(row) for row in rows)
+    smallest = max(row["limit"] for row in rows if row["quantity"] == "time_scale")
+    assert found.fitting_time == pytest.approx(smallest, rel=0.02)
+    assert not replace(found, bindings=tuple(replace(b, factor=0.9) for b in found.bindings)).fits
+
+
+def test_what_does_not_fit_is_told_by_its_worst_limit() -> None:
+    found = feasibility(case("similarity.time=0.5"))
+    assert not found.fits
+    assert found.verdict.startswith("Does not fit at similarity.time 0.5: ")
+    ice = feasibility(case("similarity.time=2", "physics.friction=0"))
+    assert ice.verdict.startswith("No time scale fits: leader's left wheel at 0 s asks for friction")
+    assert [row["value"] for row in ice.table if row["quantity"] == "friction_utilisation"] == [None, None]
+
+
+# -- the model without wheels -----------------------------------------------------------------------
+
+
+def test_without_wheels_robots_move_the_same() -> None:
+    experiment = build(case("similarity.time=2"))
+    drive = identify(load_robot("nh_mini"))
+    twins = Kinematics(("leader", "follower"), 0.01), IdealSimulation(("leader", "follower"), drive, 0.01)
+    states = [twin.reset(experiment.start) for twin in twins]
+    for k in range(20):
+        u = np.array([[0.1, math.sin(k)], [-0.2, 3.0]])
+        states = [twin.step(u) for twin in twins]
+    for one, other in zip(*states, strict=True):
+        np.testing.assert_array_equal(one, other)
+    assert twins[0].telemetry() == {}
+
+
+def test_one_that_runs_away_stops_and_the_others_go_on() -> None:
+    g, xi = np.zeros((3, 1, 3)), np.zeros((3, 1, 3))
+    simulation = Kinematics(("leader",), 1.0)
+    simulation.reset(State(0.0, g, xi))
+    u = np.array([[[1.0, 0.0]], [[1e9, 0.0]], [[np.nan, 0.0]]])
+    simulation.step(u)
+    state = simulation.step(np.ones((3, 1, 2)))
+    np.testing.assert_array_equal(simulation.lost, [False, True, True])
+    np.testing.assert_array_equal(state.xi[1:], 0)
+    np.testing.assert_array_equal(state.g[1:], 0)
+    assert state.xi[0, 0, 0] == 2.0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("friction", [0.1, 1.0])
+def test_on_wheels_the_margin_holds(friction: float) -> None:
+    outcome = simulate(case(f"physics.friction={friction}"))
+    assert outcome.failure is None
+    measured = outcome.recording["friction_utilisation"].max()
+    assert measured <= 0.7 + tol.MARGIN_EXCEEDED
+    assert outcome.recording["torque_saturation"].max() == 0
