@@ -233,7 +233,7 @@ class TestDivergence:
     def test_a_command_that_is_no_number(self) -> None:
         simulation = make_simulation(ONE, dt=0.01)
         simulation.reset(AT_REST)
-        with pytest.raises(SimulationDiverged, match=r"robot 'robot' at t = 0\.010 s"):
+        with pytest.raises(SimulationDiverged, match=r"command is not finite: robot 'robot' at t = 0\.000 s"):
             simulation.step(np.array([[np.nan, 0]]))
 
 

@@ -10,8 +10,9 @@ from nhtrack.arrays import Array
 from nhtrack.simulation.ideal import propagate, require_rolling
 from nhtrack.simulation.state import State
 
-# A robot this far away [m], this fast [m/s] or turned this far [rad] is out of its law's hands, with digits to spare.
-RUNAWAY = 1e6
+# A robot this far away [m], this fast [m/s] or turned this far [rad] is out of its law's hands; sums and squares of it
+# are still finite.
+RUNAWAY = 1e12
 
 
 class Kinematics:

@@ -93,9 +93,9 @@ class MujocoSimulation:
         require_finite_command(command, self.names, self.time)
         u, self._u_root = command[:, self._bodies], command[:, :1]
         self._clear_log()
-        self._physics_step(0, before=self._u, during=(self._u + u) / 2)
+        self._physics_step(0, (self._u + u) / 2)
         for k in range(1, self.substeps):
-            self._physics_step(k, before=u, during=u)
+            self._physics_step(k, u)
         self._u, self._periods = u, self._periods + 1
         self._read_state()
         self._move_root()
@@ -137,26 +137,28 @@ class MujocoSimulation:
 
     # One physics step -------------------------------------------------------------------------------------------------
 
-    def _physics_step(self, k: int, before: Array, during: Array) -> None:
+    def _physics_step(self, k: int, u: Array) -> None:
         """Steps once and reads the new velocities.
+
+        The lateral acceleration over the step is the mean of v omega at its two ends: the velocity turns from half a
+        step before t_k to half a step after. The torques make up for the moment it has about the axle midpoint, the
+        rate correction makes the contacts bring it about.
 
         Args:
             k: number of the step in its period.
-            before: accelerations commanded over the half step up to t_k, shape (b, p, 2).
-            during: their mean over [t_k - h/2, t_k + h/2], which this step gives.
+            u: mean of the commanded accelerations over [t_k - h/2, t_k + h/2], which this step gives, shape (b, p, 2).
         """
-        at, half = self.scene.addresses, self._h / 2
-        now = self._velocity.real + half * before[..., 0]
-        turning = now * (self._omega + half * before[..., 1])
-        # MuJoCo takes centripetal terms from its own velocities, lateral acceleration from what contacts make of it.
-        self._terms[..., :2] = during
-        self._terms[..., 2] = self._omega * self._omega
-        self._terms[..., 3] = turning
+        at, v, omega = self.scene.addresses, self._velocity.real, self._omega
+        turning = v * omega
+        turning_after = (v + self._h * u[..., 0]) * (omega + self._h * u[..., 1])
+        self._terms[..., :2] = u
+        self._terms[..., 2] = omega * omega  # MuJoCo takes the centripetal force from its own velocities
+        self._terms[..., 3] = (turning + turning_after) / 2
         demand = self._terms @ self.drive.torque_map
         torque = self.drive.motor.saturate(demand, self._qvel[:, at.wheel_qvel])
         self._ctrl[:, at.motors] = torque
         if self._surface is not None:
-            self._surface[:, at.tyres, 1] = (self._correction * turning)[..., None]
+            self._surface[:, at.tyres, 1] = (self._correction * turning_after)[..., None]
         self._engine.step()
         self._demand_log[k], self._torque_log[k], self._sensor_log[k] = demand, torque, self._sensors
         self._read_velocity()
