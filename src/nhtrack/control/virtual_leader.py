@@ -95,7 +95,7 @@ def displace(
     cross = point[..., 0] * force[..., 1] - point[..., 1] * force[..., 0]
     rate = xp.where(moving, cross / xp.where(moving, square, xp.ones_like(square)), xp.zeros_like(square))
     gbar = xp.stack(xp.broadcast_arrays(x, y, attitude), axis=-1)
-    turn = xp.stack([zero, zero, attitude], axis=-1)
+    turn = xp.stack(xp.broadcast_arrays(zero, zero, attitude), axis=-1)
     along = xp.asarray([1.0, 0.0, 1.0])  # no lateral part: of xi by the choice of thetabar, and so of its rate
     xi, u = along * se2.Ad_inverse(turn, point), along * se2.Ad_inverse(turn, force)
     if transform == "exact":
