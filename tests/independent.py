@@ -12,10 +12,13 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.integrate import solve_ivp
-from scipy.linalg import expm
+from scipy.linalg import expm, logm
 
 Robot = np.ndarray
 """State (x, y, theta, v, omega) of one robot."""
+
+Motion = tuple[np.ndarray, np.ndarray, np.ndarray]
+"""Pose matrix, body twist and body acceleration, both (omega, x, y)."""
 
 
 def pose_matrix(robot: Robot) -> np.ndarray:
@@ -81,21 +84,27 @@ class PaperLaw:
 
     def __call__(self, follower: Robot, leader: Robot, u_0: np.ndarray, branch: Branch) -> np.ndarray:
         """Returns (u_x, u_theta) for the leader's input u_0 = (u_x0, u_theta0)."""
-        g_01 = np.linalg.inv(pose_matrix(leader)) @ pose_matrix(follower)
-        theta = branch.reduce(follower[2] - leader[2])
+        still = (pose_matrix(leader), np.array([leader[4], leader[3], 0.0]), np.array([u_0[1], u_0[0], 0.0]))
+        return self.track(follower, still, branch.reduce(follower[2] - leader[2]))
+
+    def track(self, follower: Robot, leader: Motion, theta: float) -> np.ndarray:
+        """Returns (u_x, u_theta) for a leader that may have lateral velocity; theta is the relative heading."""
+        g_0, twist, force = leader
+        g_01 = np.linalg.inv(g_0) @ pose_matrix(follower)
         q_x, q_y = exponential_coordinates(theta, g_01[:2, 2])
         beta = -arctan(q_y, q_x, self.dead_zone_length)
         if self.stabiliser:
             u = -self.kp * np.array([theta + self.k * beta, q_x]) - self.kd * np.array([follower[4], follower[3]])
             return u[::-1]
-        xi_0, xi_1 = hat(leader[4], leader[3], 0.0), hat(follower[4], follower[3], 0.0)
+        xi_0, xi_1 = hat(*twist), hat(follower[4], follower[3], 0.0)
         xi_01 = xi_1 - np.linalg.inv(g_01) @ xi_0 @ g_01
         r_x, r_y = g_01[:2, 2]
-        attitude = arctan(leader[4] * r_x, leader[3] - leader[4] * r_y, self.dead_zone_speed)
+        omega_0, v_0, v_y0 = twist
+        attitude = arctan(v_y0 + omega_0 * r_x, v_0 - omega_0 * r_y, self.dead_zone_speed)
         u_e = -self.ke * np.array([theta - attitude, 0.0, 0.0])
         stabilising = np.array([theta + self.k * beta, q_x, 0.0])
         damping = vee(xi_01) * [1.0, 1.0, 0.0]
-        feedforward = vee(np.linalg.inv(g_01) @ hat(u_0[1], u_0[0], 0.0) @ g_01)
+        feedforward = vee(np.linalg.inv(g_01) @ hat(*force) @ g_01)
         u = u_e - self.kp * stabilising - self.kd * damping + feedforward
         if self.bracket:
             u = u + vee(xi_1 @ xi_01 - xi_01 @ xi_1)
@@ -115,3 +124,69 @@ def integrate(robots: np.ndarray, u: np.ndarray, dt: float) -> np.ndarray:
         method="DOP853", rtol=1e-12, atol=1e-14, first_step=dt,
     )  # fmt: skip
     return solution.y[:, -1].reshape(-1, 5)
+
+
+# -- virtual leaders: motions as matrices of Taylor coefficients ----------------------------------------
+
+
+def jet(g: np.ndarray, xi: np.ndarray, u: np.ndarray) -> np.ndarray:
+    """A motion to second order in time, a 9x9 matrix.
+
+    [[g, g', g''/2], [0, g, g'], [0, 0, g]]: such matrices multiply, invert and have exponentials and logarithms as power
+    series in t do, so that what is written for poses differentiates itself. `xi` and `u` are (omega, x, y) in the body.
+    """
+    first = g @ hat(*xi)
+    second = (first @ hat(*xi) + g @ hat(*u)) / 2
+    zero = np.zeros((3, 3))
+    return np.block([[g, first, second], [zero, g, first], [zero, zero, g]])
+
+
+def motion(series: np.ndarray) -> Motion:
+    """Pose matrix, body twist and body acceleration, (omega, x, y), of a 9x9 matrix of Taylor coefficients."""
+    g, first, second = series[:3, :3], series[:3, 3:6], 2 * series[:3, 6:]
+    xi = np.linalg.solve(g, first)
+    return g, vee(xi), vee(np.linalg.solve(g, second) - xi @ xi)
+
+
+def folded(parents: list[Motion], weights: list[float], exact: bool) -> Motion:
+    """Virtual leader of eqs. (30) to (32), or with the twist and acceleration that g_c really has.
+
+    Parents are (g, xi, u), headings less than pi apart: the logarithm is the principal one.
+    """
+    g, xi, u = parents[0]
+    series = jet(g, xi, u)
+    for weight, (g_next, xi_next, u_next) in zip(weights, parents[1:], strict=True):
+        g = g @ expm(weight * np.real(logm(np.linalg.solve(g, g_next))))
+        xi, u = (1 - weight) * xi + weight * xi_next, (1 - weight) * u + weight * u_next
+        between = np.linalg.solve(series, jet(g_next, xi_next, u_next))
+        series = series @ expm(weight * np.real(logm(between)))
+    return motion(series) if exact else (g, xi, u)
+
+
+def turning(xi: np.ndarray, u: np.ndarray, offset: np.ndarray, dead_zone: float = 0.0) -> tuple[float, float]:
+    """thetabar of eq. (35) and its rate, the rate by a complex step in time."""
+    x, y = offset
+    if math.hypot(xi[1] - xi[0] * y, xi[2] + xi[0] * x) <= dead_zone:
+        return 0.0, 0.0
+    step = 1e-30
+    omega, v, side = xi + 1j * step * u
+    return arctan(xi[2] + xi[0] * x, xi[1] - xi[0] * y, 0.0), float(
+        np.arctan((side + omega * x) / (v - omega * y)).imag / step
+    )
+
+
+def placed(leader: Motion, offset: np.ndarray, exact: bool, second_rate: float = 0.0) -> Motion:
+    """Transformed system of Theorem 3, or with the turning of thetabar; thetabar'' is given.
+
+    A place has no lateral acceleration along a path; as printed what Ad gives there is dropped, since no robot follows.
+    """
+    g, xi, u = leader
+    attitude, rate = turning(xi, u, offset)
+    gbar = pose_matrix(np.array([*offset, attitude, 0.0, 0.0]))
+    back = np.linalg.inv(gbar)
+    xi_a, u_a = (vee(back @ hat(*values) @ gbar) for values in (xi, u))
+    u_a[2] = 0.0
+    if exact:
+        xi_a[0] += rate
+        u_a[0] += second_rate
+    return g @ gbar, xi_a, u_a

@@ -146,3 +146,13 @@ MARGIN_LEFT = 0.01
 # Measured utilisation is that much above the margin at most: loads leave out products of inertia, and contacts take a
 # few steps to carry a jump of the command over (UTILISATION_ALONG_A_RUN).
 MARGIN_EXCEEDED = 0.01
+
+# -- virtual leaders -------------------------------------------------------------------------------
+
+# Central differences at h = 1e-4 of motions a few metres and metres a second in size, bent by log and exp: h^2/6 times
+# third derivatives up to some hundreds, rounding EPS/h. The project asks for 1e-6.
+VIRTUAL_TWIST = 1e-6
+# scipy's expm and logm of matrices that carry two derivatives, poses and twists of a few metres; measured 1.5e-14.
+JET = 1e-12
+# A closed loop moved or scaled: rounding, amplified by the gains for a second before beta first switches.
+SAME_LOOP = 1e-10

@@ -1,0 +1,598 @@
+"""Virtual leaders: their twists against finite differences, what the printed ones leave out, branches, symmetries."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import NamedTuple
+
+import array_api_strict
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import strategies as draw
+import tolerances as tol
+from nhtrack import se2
+from nhtrack.control import Leader
+from nhtrack.control.virtual_leader import HYSTERESIS, VirtualLeader, VirtualMemory, displace, fold
+from nhtrack.network import Network, equal_weights
+
+PI = math.pi
+STEP = 1e-4  # [s] of the central differences
+TWISTS = ("convex", "exact")
+
+
+# -- motions ----------------------------------------------------------------------------------------
+
+
+class Motion(NamedTuple):
+    """A planar motion about t = 0: cubic position and heading, `coefficients` (4, ..., 3), constant term first."""
+
+    coefficients: np.ndarray
+
+    def at(self, t: float) -> Leader:
+        """Pose, body twist and body acceleration, by the product rule on v = R^T p'."""
+        c = self.coefficients
+        g = c[0] + c[1] * t + c[2] * t**2 + c[3] * t**3
+        rate = c[1] + 2 * c[2] * t + 3 * c[3] * t**2
+        second = 2 * c[2] + 6 * c[3] * t
+        omega = rate[..., 2:]
+        v = se2.rotate(-g[..., 2], rate[..., :2])
+        turned = omega * np.stack([-v[..., 1], v[..., 0]], axis=-1)
+        force = se2.rotate(-g[..., 2], second[..., :2]) - turned
+        return Leader(g, np.concatenate([v, omega], axis=-1), np.concatenate([force, second[..., 2:]], axis=-1))
+
+
+def difference(path: Callable[[float], np.ndarray]) -> np.ndarray:
+    """Body twist of a path of poses at t = 0, by a central difference."""
+    return np.asarray(se2.log(se2.between(path(-STEP), path(STEP)))) / (2 * STEP)
+
+
+def slope(path: Callable[[float], np.ndarray]) -> np.ndarray:
+    """Derivative of a path of vectors at t = 0, by a central difference."""
+    return np.asarray(path(STEP) - path(-STEP)) / (2 * STEP)
+
+
+def wheel_leader(g: np.ndarray, v: np.ndarray, omega: np.ndarray, u_x: float = 0.0, u_theta: float = 0.0) -> Leader:
+    """Leaders on wheels, without lateral velocity or acceleration."""
+    zero = np.zeros_like(v)
+    u = np.broadcast_to(np.array([u_x, 0.0, u_theta]), g.shape)
+    return Leader(g, np.stack(np.broadcast_arrays(v, zero, omega), axis=-1), u)
+
+
+def random_leaders(shape: tuple[int, ...], seed: int = 0) -> Leader:
+    rng = np.random.default_rng(seed)
+    g, xi, u = rng.uniform(-2.0, 2.0, (3, *shape, 3))
+    return Leader(g, xi * [1, 0, 1], u * [1, 0, 1])
+
+
+coefficients = st.tuples(*[st.floats(-2.0, 2.0)] * 3)
+motions = st.tuples(*[coefficients] * 4).map(lambda rows: Motion(np.array(rows)))
+shares = st.floats(0.0, 1.0)
+combinations = st.sampled_from(TWISTS)
+
+
+def ahead(motion: Motion, relative: np.ndarray, other: Motion) -> Motion:
+    """A motion that starts at a pose seen from another's start and moves by its own coefficients after that."""
+    start = se2.compose(other.coefficients[0], relative)
+    return Motion(np.concatenate([start[None], motion.coefficients[1:]]))
+
+
+near_antipode = st.one_of(
+    draw.log_uniform(1e-12, 0.2).map(lambda gap: PI - gap), st.just(PI), draw.log_uniform(1e-12, 0.2).map(lambda g: PI + g)
+)
+relative_poses = st.tuples(
+    st.floats(-5.0, 5.0), st.floats(-5.0, 5.0), draw.either_sign(st.one_of(near_antipode, st.floats(0.0, PI)))
+).map(np.array)
+
+
+# -- folds: the exact twist and acceleration --------------------------------------------------------
+
+
+@given(motions, motions, relative_poses, shares)
+def test_exact_twist_and_acceleration_are_differences_of_the_fold(
+    first: Motion, second: Motion, relative: np.ndarray, share: float
+) -> None:
+    """Also with headings about pi apart, on either side of it: the branch is the memory's."""
+    second, weight = ahead(second, relative, first), np.array(share)
+    turns = np.array(0.0)  # |theta| < pi + hysteresis throughout
+
+    def at(t: float) -> Leader:
+        return fold(first.at(t), second.at(t), weight, "exact", turns)[0]
+
+    scale = 1.0 + float(np.abs(relative[:2]).max())
+    np.testing.assert_allclose(at(0.0).xi, difference(lambda t: at(t).g), atol=tol.VIRTUAL_TWIST * scale)
+    np.testing.assert_allclose(at(0.0).u, slope(lambda t: at(t).xi), atol=10 * tol.VIRTUAL_TWIST * scale)
+
+
+def three_parents(t: float, seed: int) -> Leader:
+    rng = np.random.default_rng(seed)
+    return Motion(rng.uniform(-1.0, 1.0, (4, 1, 3, 3)) * np.array([1.0, 1.0, 0.5])).at(t)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_exact_twist_of_several_folds_and_a_place(seed: int) -> None:
+    """What a follower of three parents tracks in a formation moves as its twist says, thetabar included."""
+    virtual = VirtualLeader(np.array([[0.3, 0.6]]), np.array([[-1.0, 0.7]]), 0.01, "exact", "exact")
+    memory = virtual.init(three_parents(0.0, seed))
+
+    def at(t: float) -> Leader:
+        return virtual(three_parents(t, seed), memory)[0]
+
+    np.testing.assert_allclose(at(0.0).xi, difference(lambda t: at(t).g), atol=tol.VIRTUAL_TWIST)
+    assert np.abs(at(0.0).xi[..., 1]).max() == 0.0
+
+
+@given(motions, motions, shares, combinations)
+def test_folded_heading_and_turning_rate_are_linear(
+    first: Motion, second: Motion, share: float, combination: str
+) -> None:
+    """theta_c, omega_c and u_theta,c are the parents' own combination under either twist: turns commute."""
+    a, b = first.at(0.0), second.at(0.0)
+    b = b._replace(g=b.g * [1.0, 1.0, 0.5])  # headings less than pi apart
+    c, _ = fold(a, b, np.array(share), combination, np.array(0.0))  # type: ignore[arg-type]
+    for values, left, right in zip(c, a, b, strict=True):
+        expected = (1 - share) * left[2] + share * right[2]
+        np.testing.assert_allclose(values[2], expected, atol=100 * tol.ALGEBRA)
+
+
+@given(motions, motions, relative_poses, combinations)
+def test_lambda_0_and_1_give_the_parents(
+    first: Motion, second: Motion, relative: np.ndarray, combination: str
+) -> None:
+    """To the last bit at 0, to rounding at 1; the heading of the second parent up to whole turns."""
+    a, b = first.at(0.0), ahead(second, relative, first).at(0.0)
+    at_a, _ = fold(a, b, np.array(0.0), combination, None)  # type: ignore[arg-type]
+    at_b, turns = fold(a, b, np.array(1.0), combination, None)  # type: ignore[arg-type]
+    for values, expected in zip(at_a, a, strict=True):
+        np.testing.assert_array_equal(values, expected)
+    b = b._replace(g=b.g - np.array([0.0, 0.0, 2 * PI * float(turns)]))
+    for values, expected in zip(at_b, b, strict=True):
+        np.testing.assert_allclose(values, expected, atol=3000 * tol.COEFFICIENT)
+
+
+@given(motions, motions, shares, combinations, draw.triples(st.floats(-20.0, 20.0)))
+def test_fold_is_left_invariant(
+    first: Motion, second: Motion, share: float, combination: str, h: np.ndarray
+) -> None:
+    """Moving both parents moves g_c along and leaves twist and input."""
+    h[:2] = np.clip(h[:2], -10, 10)
+    a, b, turns = first.at(0.0), second.at(0.0), np.array(0.0)
+    moved_a, moved_b = (leader._replace(g=se2.compose(h, leader.g)) for leader in (a, b))
+    plain, _ = fold(a, b, np.array(share), combination, turns)  # type: ignore[arg-type]
+    moved, _ = fold(moved_a, moved_b, np.array(share), combination, turns)  # type: ignore[arg-type]
+    scale = 1e4 * tol.ALGEBRA * (1 + np.abs(h).sum())  # accelerations reach some hundreds
+    np.testing.assert_allclose(moved.g, se2.compose(h, plain.g), atol=scale)
+    np.testing.assert_allclose(moved.xi, plain.xi, atol=scale)
+    np.testing.assert_allclose(moved.u, plain.u, atol=scale)
+
+
+# -- folds: slip 5, the printed twist ---------------------------------------------------------------
+
+
+def defect(a: Leader, b: Leader, share: np.ndarray) -> np.ndarray:
+    """Body velocity of g_c less the printed one, (..., 2) [m/s]; the turning rates agree."""
+    exact, _ = fold(a, b, share, "exact", None)
+    printed, _ = fold(a, b, share, "convex", None)
+    gap = exact.xi - printed.xi
+    np.testing.assert_allclose(gap[..., 2], 0.0, atol=100 * tol.ALGEBRA)
+    return gap[..., :2]
+
+
+def unit_parents(count: int, headings_apart: np.ndarray | None = None) -> tuple[Leader, Leader]:
+    """Pairs on wheels at most 1 m apart, |v| <= 1, |omega| <= 1."""
+    rng = np.random.default_rng(7)
+    radius, bearing = np.sqrt(rng.uniform(0, 1, count)), rng.uniform(-PI, PI, count)
+    theta = rng.uniform(-PI, PI, count) if headings_apart is None else headings_apart
+    g = np.stack([radius * np.cos(bearing), radius * np.sin(bearing), theta], axis=-1)
+    v, omega = rng.uniform(-1, 1, (2, 2, count))
+    return wheel_leader(np.zeros_like(g), v[0], omega[0]), wheel_leader(g, v[1], omega[1])
+
+
+def test_printed_twist_of_random_unit_parents_is_wrong_by_a_metre_a_second() -> None:
+    """No random pair is exact; the worst of 200 000 at lambda = 1/2 is 1.2 m/s, and none exceeds 1.5."""
+    sizes = np.linalg.norm(defect(*unit_parents(200_000), np.full(200_000, 0.5)), axis=-1)
+    assert 1.1 < sizes.max() < 1.5
+    assert 0.1 < np.median(sizes) < 0.15
+
+
+def test_printed_twist_at_its_worst_is_wrong_by_one_and_a_half_metres_a_second() -> None:
+    """Opposite headings and motions, 1 m abreast: (v + omega d/2) = 1.5 m/s, all of it lateral, by hand.
+
+    X = (d pi/2, 0, pi), so what differs is D = xi_b - xi_a - (omega_b - omega_a)/pi X, of 2 + 1 m/s, and half of it is
+    the defect at lambda = 1/2.
+    """
+    a = wheel_leader(np.zeros(3), np.array(1.0), np.array(-1.0))
+    for side, worst in ((1.0, 1.5), (-1.0, 0.5)):
+        b = wheel_leader(np.array([0.0, side, PI]), np.array(-1.0), np.array(1.0))
+        gap = defect(a, b, np.array(0.5))
+        np.testing.assert_allclose(np.abs(gap), [0.0, worst], atol=tol.HAND)
+
+
+@given(motions, motions, relative_poses, shares)
+def test_defect_of_the_printed_twist_in_closed_form(
+    first: Motion, second: Motion, relative: np.ndarray, share: float
+) -> None:
+    """`A (e^{-i lambda theta} - 1 - lambda (e^{-i theta} - 1))`, A = (Delta v - Delta omega q/theta)/(e^{-i theta} - 1).
+
+    In complex numbers v_x + i v_y; of size |A (e^{-i theta} - 1)| tan(|theta|/4)/2 at lambda = 1/2 (docs/theory.md).
+    """
+    relative = relative * np.array([1.0, 1.0, 0.99])
+    relative[2] = math.copysign(max(abs(relative[2]), 0.1), relative[2])
+    a, b = first.at(0.0), ahead(second, relative, first).at(0.0)
+    theta, q = relative[2], complex(*se2.log(relative)[:2])
+    change = b.xi - a.xi
+    bent = complex(*change[:2]) - change[2] * q / theta
+    turn = np.exp(-1j * theta) - 1
+    expected = bent / turn * (np.exp(-1j * share * theta) - 1 - share * turn)
+    exact, _ = fold(a, b, np.array(share), "exact", np.array(0.0))
+    printed, _ = fold(a, b, np.array(share), "convex", np.array(0.0))
+    found = complex(*(exact.xi - printed.xi)[:2])
+    assert abs(found - expected) <= 1e4 * tol.ALGEBRA
+    half = complex(*(fold(a, b, np.array(0.5), "exact", np.array(0.0))[0].xi - (a.xi + b.xi) / 2)[:2])
+    assert abs(half) == pytest.approx(abs(bent) * math.tan(abs(theta) / 4) / 2, abs=1e4 * tol.ALGEBRA)
+
+
+def test_printed_twist_is_exact_for_equal_headings_and_turning_rates() -> None:
+    a, b = unit_parents(500, np.zeros(500))
+    b.xi[:, 2] = a.xi[:, 2]
+    share = np.random.default_rng(1).uniform(0, 1, 500)
+    assert np.abs(defect(a, b, share)).max() <= tol.LAW
+    b.xi[:, 2] = -a.xi[:, 2]
+    assert np.abs(defect(a, b, share)).max() > 0.1
+
+
+def test_printed_twist_is_exact_for_equal_twists() -> None:
+    """At any places and headings; so for two robots on one circle, or on parallel courses."""
+    a, b = unit_parents(500)
+    share = np.random.default_rng(1).uniform(0, 1, 500)
+    assert np.abs(defect(a, b._replace(xi=a.xi), share)).max() <= tol.LAW
+
+
+def test_printed_twist_is_exact_where_the_twists_differ_along_the_geodesic() -> None:
+    """xi_b - xi_a parallel to X = log(g_a^-1 g_b): the general case of parents' headings apart."""
+    a, b = unit_parents(500)
+    along = np.random.default_rng(2).uniform(-1, 1, (500, 1)) * se2.log(se2.between(a.g, b.g))
+    share = np.random.default_rng(1).uniform(0, 1, 500)
+    assert np.abs(defect(a, b._replace(xi=a.xi + along), share)).max() <= tol.LAW
+
+
+def test_printed_twist_is_not_exact_for_parents_of_one_rigid_motion() -> None:
+    """Two robots fixed to one turning plate, both on wheels, at different radii about its centre.
+
+    A screw carries its own twist only; others it rotates. So one rigid motion is enough only for parents whose body
+    twists are equal: the same radius, or no turning.
+    """
+    rng = np.random.default_rng(3)
+    radii, bearing, omega = rng.uniform(0.3, 2.0, (2, 500)), rng.uniform(-3, 3, 500), rng.uniform(-1, 1, 500)
+    for second, exact in ((radii[1], False), (radii[0], True)):
+        g = np.stack([second * np.sin(bearing), radii[0] - second * np.cos(bearing), bearing], axis=-1)
+        a = wheel_leader(np.zeros_like(g), omega * radii[0], omega)
+        b = wheel_leader(g, omega * second, omega)
+        np.testing.assert_allclose(se2.Ad_inverse(g, a.xi), b.xi, atol=tol.HAND)  # one rigid motion
+        worst = np.abs(defect(a, b, np.full(500, 0.5))).max()
+        assert worst <= tol.LAW if exact else worst > 0.3
+
+
+# -- folds: branch, parents, shares -----------------------------------------------------------------
+
+
+def test_fold_keeps_its_side_while_headings_tremble_about_pi() -> None:
+    """A plain wrap would send g_c to the opposite heading with every change of sign; memory keeps it where it was."""
+    weight, turns, headings = np.array(0.5), None, []
+    a = Leader(np.zeros(3), np.zeros(3), np.zeros(3))
+    for theta in PI + 1e-3 * np.sin(np.arange(50.0)):
+        b = Leader(np.array([1.0, 0.5, theta]), np.zeros(3), np.zeros(3))
+        folded, turns = fold(a, b, weight, "convex", turns)
+        headings.append(folded.g[2])
+    assert np.ptp(headings) <= 1e-3
+    assert float(turns) == 0.0  # type: ignore[arg-type]
+
+
+def test_fold_changes_its_side_once_and_late() -> None:
+    weight, turns, headings = np.array(0.5), None, []
+    a = Leader(np.zeros(3), np.zeros(3), np.zeros(3))
+    steps = np.linspace(0.0, 2 * PI, 2000)
+    for theta in steps:
+        folded, turns = fold(a, a._replace(g=np.array([1.0, 0.5, theta])), weight, "convex", turns)
+        headings.append(folded.g[2])
+    jumps = np.flatnonzero(np.abs(np.diff(headings)) > 1.0)
+    assert len(jumps) == 1
+    assert 0 < steps[jumps[0] + 1] - (PI + HYSTERESIS) <= steps[1]
+
+
+@pytest.mark.parametrize("combination", TWISTS)
+def test_robots_with_fewer_parents_behave_as_alone(combination: str) -> None:
+    """Padded to the level's largest number of parents, to the last bit; from one parent to eight."""
+    names = [f"r{i}" for i in range(9)]
+    parents = {"r0": (), **{name: ("r0",) for name in names[1:]}}
+    parents |= {f"f{m}": tuple(names[:m]) for m in range(1, 9) if m != 1}
+    parents["f1"] = ("r3",)
+    parents["f9"] = ("r1", "r2")
+    network = Network.from_parents(parents, {"f9": (0.3,), "f8": tuple(np.linspace(0.1, 0.7, 7))})
+    robots = np.array([network.names.index(f"f{m}") for m in range(1, 10)])
+    leaders, memory = random_leaders((5, len(network))), []
+    together, weights = network.folds(robots)
+    assert together.shape == (9, 8)
+    virtual = VirtualLeader(weights, np.zeros((9, 2)), 0.01, combination)  # type: ignore[arg-type]
+    seen = Leader(*(values[:, together] for values in leaders))
+    memory = virtual.init(seen)
+    found, _ = virtual(seen, memory)
+    for i, robot in enumerate(robots):
+        own, weight = network.folds(np.array([robot]))
+        alone = VirtualLeader(weight, np.zeros((1, 2)), 0.01, combination)  # type: ignore[arg-type]
+        seen_alone = Leader(*(values[:, own] for values in leaders))
+        expected, _ = alone(seen_alone, alone.init(seen_alone))
+        for values, one in zip(found, expected, strict=True):
+            np.testing.assert_array_equal(values[:, i], one[:, 0])
+
+
+@pytest.mark.parametrize("count", range(1, 9))
+@pytest.mark.parametrize("combination", TWISTS)
+def test_equal_weights_give_every_parent_the_same_share(count: int, combination: str) -> None:
+    """Parents abreast of each other with one heading: g_c, v_c and u_c are plain means."""
+    rng = np.random.default_rng(count)
+    g = np.stack([0.3 * np.arange(count), rng.uniform(-5, 5, count), np.full(count, 0.8)], axis=-1)
+    parents = Leader(g, np.zeros((count, 3)), np.zeros((count, 3)))
+    parents.xi[:, 0], parents.u[:, 0] = rng.uniform(-1, 1, (2, count))
+    virtual = VirtualLeader(np.array([equal_weights(count)]), np.zeros((1, 2)), 0.01, combination)  # type: ignore[arg-type]
+    one = Leader(*(values[None] for values in parents))
+    found, _ = virtual(one, virtual.init(one))
+    for values, given_ in zip(found, parents, strict=True):
+        np.testing.assert_allclose(values[0], given_.mean(axis=0), atol=tol.HAND)
+
+
+@pytest.mark.parametrize("combination", TWISTS)
+@pytest.mark.parametrize("transform", ["printed", "exact"])
+@pytest.mark.parametrize("shape", [(), (1,), (6,), (2, 3), (0,)])
+def test_batch_is_exactly_its_members(combination: str, transform: str, shape: tuple[int, ...]) -> None:
+    rng = np.random.default_rng(4)
+    weights, offsets = rng.uniform(0, 1, (3, 2)), rng.uniform(-2, 2, (3, 2))
+    offsets[1] = 0.0  # one robot without a place of its own
+    virtual = VirtualLeader(weights, offsets, 0.01, combination, transform)  # type: ignore[arg-type]
+    parents, later = random_leaders((*shape, 3, 3)), random_leaders((*shape, 3, 3), seed=1)
+    _, memory = virtual(parents, virtual.init(parents))
+    found, after = virtual(later, memory)
+    for index in np.ndindex(*shape):
+        one, two = (Leader(*(values[index] for values in each)) for each in (parents, later))
+        _, alone = virtual(one, virtual.init(one))
+        expected, alone = virtual(two, alone)
+        for values, value in zip(found, expected, strict=True):
+            np.testing.assert_array_equal(values[index], value)
+        np.testing.assert_array_equal(after.rate[index], alone.rate)
+
+
+def test_virtual_leader_needs_the_array_api_only() -> None:
+    xp, rng = array_api_strict, np.random.default_rng(5)
+    weights, offsets, parents = rng.uniform(0, 1, (2, 1)), rng.uniform(-2, 2, (2, 2)), random_leaders((4, 2, 2))
+    plain = VirtualLeader(weights, offsets, 0.01, "exact", "exact")
+    strict = VirtualLeader(xp.asarray(weights), xp.asarray(offsets), 0.01, "exact", "exact")
+    given_ = Leader(*(xp.asarray(np.ascontiguousarray(values)) for values in parents))
+    for values, expected in zip(
+        strict(given_, strict.init(given_))[0], plain(parents, plain.init(parents))[0], strict=True
+    ):
+        np.testing.assert_allclose(np.asarray(values), expected, atol=tol.HAND)
+
+
+# -- places in a formation --------------------------------------------------------------------------
+
+
+offset_pairs = st.tuples(st.floats(-5.0, 5.0), st.floats(-5.0, 5.0)).map(np.array)
+
+
+@given(motions, offset_pairs)
+def test_printed_transform_is_the_adjoint_of_gbar(motion: Motion, offset: np.ndarray) -> None:
+    """xi_a = Ad_{gbar^-1} xi_c, u_a likewise but for the lateral part, which no wheel robot can follow."""
+    leader = motion.at(0.0)
+    moved, _ = displace(leader, offset, "printed", 0.0)
+    gbar = se2.between(leader.g, moved.g)
+    np.testing.assert_allclose(gbar[:2], offset, atol=1e3 * tol.ALGEBRA)
+    np.testing.assert_allclose(moved.xi, se2.Ad_inverse(gbar, leader.xi), atol=1e3 * tol.ALGEBRA)
+    expected = np.asarray(se2.Ad_inverse(gbar, leader.u)) * [1, 0, 1]
+    np.testing.assert_allclose(moved.u, expected, atol=1e4 * tol.ALGEBRA)
+
+
+@given(motions, offset_pairs, st.sampled_from(["printed", "exact"]))
+def test_displaced_leader_has_no_lateral_velocity(motion: Motion, offset: np.ndarray, transform: str) -> None:
+    """Lemma 9's condition: thetabar is the direction that a point fixed in the leader's frame moves in."""
+    leader = motion.at(0.0)
+    moved, _ = displace(leader, offset, transform, 0.0)  # type: ignore[arg-type]
+    assert moved.xi[1] == 0.0
+    world = se2.rotate(moved.g[2], moved.xi[:2])
+    point = se2.rotate(leader.g[2], leader.xi[:2] + leader.xi[2] * np.array([-offset[1], offset[0]]))
+    np.testing.assert_allclose(world, point, atol=1e3 * tol.ALGEBRA)
+
+
+@given(motions)
+def test_offset_zero_leaves_a_leader_on_wheels(motion: Motion) -> None:
+    leader = motion.at(0.0)
+    leader = Leader(leader.g, leader.xi * [1, 0, 1], leader.u * [1, 0, 1])
+    for transform in ("printed", "exact"):
+        moved, rate = displace(leader, np.zeros(2), transform, 0.0)  # type: ignore[arg-type]
+        for values, expected in zip(moved, leader, strict=True):
+            np.testing.assert_array_equal(values, expected)
+        assert rate == 0.0
+
+
+def circling(t: float, offset: np.ndarray) -> tuple[Leader, np.ndarray]:
+    """A leader on wheels with smooth v and omega, v - omega ybar > 0.4, and thetabar'' of the place, by hand.
+
+    Its position does not enter what is displaced but through g; it is left at the origin of its own frame.
+    """
+    v, u_x, jerk = 1.5 + 0.5 * math.sin(t), 0.5 * math.cos(t), -0.5 * math.sin(t)
+    omega, u_theta, twitch = 0.4 * math.cos(2 * t), -0.8 * math.sin(2 * t), -1.6 * math.cos(2 * t)
+    leader = wheel_leader(np.array([0.0, 0.0, 0.2 * math.sin(2 * t)]), np.array(v), np.array(omega), u_x, u_theta)
+    x, y = offset
+    point, rate, second = (
+        np.array([a - b * y, b * x]) for a, b in ((v, omega), (u_x, u_theta), (jerk, twitch))
+    )
+    square, cross = point @ point, point[0] * rate[1] - point[1] * rate[0]
+    bend = (point[0] * second[1] - point[1] * second[0]) / square - 2 * cross * (point @ rate) / square**2
+    return leader, bend
+
+
+OFFSET = np.array([-1.0, 1.0])
+
+
+def test_rate_of_thetabar_is_the_formula_of_slip_6() -> None:
+    """xbar (u_theta v - omega u_x)/((v - omega ybar)^2 + (omega xbar)^2), for a leader on wheels."""
+    leader, _ = circling(0.7, OFFSET)
+    (v, _, omega), (u_x, _, u_theta) = leader.xi, leader.u
+    x, y = OFFSET
+    expected = x * (u_theta * v - omega * u_x) / ((v - omega * y) ** 2 + (omega * x) ** 2)
+    assert float(displace(leader, OFFSET, "exact", 0.0)[1]) == pytest.approx(expected, rel=tol.HAND)
+    assert abs(expected) > 0.1
+
+
+@given(motions, offset_pairs)
+def test_exact_transform_is_a_difference_of_the_place(motion: Motion, offset: np.ndarray) -> None:
+    """Twist and longitudinal acceleration, where the place does not stop: there thetabar turns without bound."""
+
+    def at(t: float, transform: str = "exact") -> Leader:
+        return displace(motion.at(t), offset, transform, 0.0)[0]  # type: ignore[arg-type]
+
+    point = se2.Ad_inverse(np.array([*offset, 0.0]), motion.at(0.0).xi)
+    if abs(point[0]) < 0.3:  # thetabar jumps by pi where the place turns back
+        return
+    scale = (1 + np.abs(offset).sum()) / min(1.0, abs(point[0])) ** 3
+    np.testing.assert_allclose(at(0.0).xi, difference(lambda t: at(t).g), atol=3 * tol.VIRTUAL_TWIST * scale)
+    slope_of_speed = slope(lambda t: at(t).xi)[0]
+    np.testing.assert_allclose(at(0.0).u[0], slope_of_speed, atol=3 * tol.VIRTUAL_TWIST * scale)
+
+
+def test_printed_transform_is_not_a_difference_of_the_place() -> None:
+    """What slip 6 leaves out is thetabar', all of it in omega."""
+    leader, _ = circling(0.7, OFFSET)
+    printed, rate = displace(leader, OFFSET, "printed", 0.0)
+    exact, _ = displace(leader, OFFSET, "exact", 0.0)
+    np.testing.assert_array_equal(exact.xi - printed.xi, [0.0, 0.0, exact.xi[2] - printed.xi[2]])
+    assert exact.xi[2] - printed.xi[2] == pytest.approx(float(rate), abs=tol.HAND)
+    assert abs(rate) > 0.1
+
+
+def test_second_rate_of_thetabar_is_met_at_first_order() -> None:
+    """u_theta,a - u_theta,c is thetabar' less that of the period before, over dt: its error halves with dt."""
+    errors = []
+    for dt in (0.02, 0.01, 0.005):
+        virtual = VirtualLeader(np.zeros((1, 0)), OFFSET[None], dt, "exact", "exact")
+        before, (now, expected) = circling(0.7 - dt, OFFSET)[0], circling(0.7, OFFSET)
+        seen = [Leader(*(values[None, None] for values in leader)) for leader in (before, now)]
+        _, memory = virtual(seen[0], virtual.init(seen[0]))
+        found, _ = virtual(seen[1], memory)
+        printed = displace(now, OFFSET, "printed", 0.0)[0]
+        errors.append(float(found.u[0, 2] - printed.u[2] - expected))
+    assert abs(errors[0]) > 1e-3
+    np.testing.assert_allclose(np.array(errors[:-1]) / errors[1:], 2.0, atol=tol.ORDER)
+
+
+def test_first_period_has_no_second_rate() -> None:
+    """There is no period before: thetabar'' starts at 0."""
+    virtual = VirtualLeader(np.zeros((1, 0)), OFFSET[None], 0.01, "exact", "exact")
+    leader = circling(0.7, OFFSET)[0]
+    seen = Leader(*(values[None, None] for values in leader))
+    found, memory = virtual(seen, virtual.init(seen))
+    np.testing.assert_array_equal(found.u[0], displace(leader, OFFSET, "printed", 0.0)[0].u)
+    assert memory.rate is not None
+
+
+# -- places: leaders at rest, turning in place, turning back ----------------------------------------
+
+
+@pytest.mark.parametrize("transform", ["printed", "exact"])
+@pytest.mark.parametrize("u", [(0.0, 0.0), (1.0, 0.0), (1.0, -2.0)])
+def test_place_of_a_leader_at_rest_has_its_heading(transform: str, u: tuple[float, float]) -> None:
+    """0/0 in thetabar counts as 0, also in the period in which the leader starts."""
+    leader = wheel_leader(np.array([1.0, 2.0, 0.5]), np.array(0.0), np.array(0.0), *u)
+    moved, rate = displace(leader, OFFSET, transform, 0.0)  # type: ignore[arg-type]
+    np.testing.assert_array_equal(moved.g, se2.compose(leader.g, np.array([*OFFSET, 0.0])))
+    np.testing.assert_array_equal(moved.xi, np.zeros(3))
+    np.testing.assert_allclose(moved.u, [u[0] - u[1] * OFFSET[1], 0.0, u[1]], atol=tol.HAND)
+    assert rate == 0.0
+
+
+@pytest.mark.parametrize("omega", [-2.0, 0.5])
+@pytest.mark.parametrize("offset", [(-1.0, 1.0), (2.0, -0.5), (-1.0, 0.0), (0.0, 1.0)])
+def test_place_of_a_leader_turning_in_place_runs_on_a_circle(omega: float, offset: tuple[float, float]) -> None:
+    """thetabar = -arctan(xbar/ybar) stands still, at right angles to the arm; the speed is omega times its length."""
+    leader = wheel_leader(np.array([1.0, 2.0, 0.5]), np.array(0.0), np.array(omega), 0.0, 0.3)
+    moved, rate = displace(leader, np.array(offset), "exact", 0.0)
+    arm = np.hypot(*offset)
+    assert abs(moved.xi[0]) == pytest.approx(abs(omega) * arm, rel=tol.HAND)
+    assert moved.xi[2] == omega
+    assert rate == pytest.approx(0.0, abs=tol.HAND)
+    along = se2.rotate(moved.g[2] - leader.g[2], np.array([1.0, 0.0]))
+    assert along @ np.array(offset) == pytest.approx(0.0, abs=tol.HAND)
+    assert abs(moved.g[2] - leader.g[2]) <= PI / 2
+
+
+def test_place_of_a_leader_turning_back_keeps_its_heading_within_a_quarter_turn() -> None:
+    """As v - omega ybar changes sign thetabar jumps by pi, as the paper's arctan does; velocity stays continuous."""
+    sides = []
+    for v in (-1e-9, 1e-9):
+        leader = wheel_leader(np.zeros(3), np.array(v), np.array(0.5))
+        moved, _ = displace(leader, np.array([1.0, 0.0]), "exact", 0.0)
+        sides.append((float(moved.g[2]), se2.rotate(moved.g[2], moved.xi[:2])))
+    assert sides[1][0] - sides[0][0] == pytest.approx(PI, abs=1e-8)
+    np.testing.assert_allclose(sides[0][1], sides[1][1], atol=1e-8)
+
+
+@pytest.mark.parametrize("speed", [0.999e-3, 1.001e-3])
+def test_thetabar_is_noise_within_its_dead_zone(speed: float) -> None:
+    leader = wheel_leader(np.zeros(3), np.array(0.6 * speed), np.array(0.8 * speed), 0.1, 0.4)
+    moved, rate = displace(leader, np.array([1.0, 0.0]), "exact", 1e-3)
+    if speed < 1e-3:
+        assert (moved.g[2], rate) == (0.0, 0.0)
+    else:
+        assert moved.g[2] == pytest.approx(math.atan(0.8 / 0.6), abs=tol.HAND)
+        assert rate == pytest.approx((0.6 * 0.4 - 0.8 * 0.1) / speed, rel=tol.HAND)
+
+
+def test_memory_without_places_keeps_no_rate() -> None:
+    parents = random_leaders((2, 2))
+    virtual = VirtualLeader(np.full((2, 1), 0.5), np.zeros((2, 2)), 0.01, "exact", "exact")
+    _, memory = virtual(parents, virtual.init(parents))
+    assert isinstance(memory, VirtualMemory)
+    assert memory.rate is None
+
+
+def test_offsets_of_the_paper_s_formation_make_a_diamond() -> None:
+    """Slip 7: edges 0-1, 0-2, 1-3, 2-3 at equal shares put robot 3 behind the leader, 30 m, on its axis."""
+    leader = wheel_leader(np.array([0.0, 0.0, 0.0]), np.array(1.0), np.array(0.0))
+    seen = Leader(*(np.stack([values, values])[:, None] for values in leader))
+    flank = VirtualLeader(np.zeros((2, 0)), np.array([[-15.0, 15.0], [-15.0, -15.0]]), 0.01)
+    flanks, _ = flank(seen, flank.init(seen))
+    rear = VirtualLeader(np.array([equal_weights(2)]), np.array([[-15.0, 0.0]]), 0.01)
+    pair = Leader(*(values[None] for values in flanks))
+    last, _ = rear(pair, rear.init(pair))
+    np.testing.assert_allclose(last.g, [[-30.0, 0.0, 0.0]], atol=tol.HAND)
+    np.testing.assert_allclose(last.xi, [[1.0, 0.0, 0.0]], atol=tol.HAND)
+
+
+# -- the derivative of the right Jacobian -----------------------------------------------------------
+
+
+@given(draw.log_poses, st.tuples(*[st.floats(-1.0, 1.0)] * 3).map(np.array))
+def test_right_jacobian_derivative_is_a_difference(X: np.ndarray, direction: np.ndarray) -> None:
+    h = 1e-5
+    expected = (se2.right_jacobian(X + h * direction) - se2.right_jacobian(X - h * direction)) / (2 * h)
+    scale = 1.0 + np.abs(X).max()
+    found = se2.right_jacobian_derivative(X, direction)
+    np.testing.assert_allclose(found, expected, atol=tol.FINITE_DIFFERENCE * scale)
+
+
+@given(draw.branch_angles, st.floats(-2.0, 2.0))
+def test_right_jacobian_derivative_along_itself_keeps_what_it_turns_about(theta: float, turn: float) -> None:
+    """J_r(sX) sX = sX for every s, so its derivative leaves DJ_r(X)[X] X = 0."""
+    X = np.array([0.7, -1.3, theta])
+    found = se2.right_jacobian_derivative(X, turn * X) @ X
+    np.testing.assert_allclose(found, 0.0, atol=100 * tol.COEFFICIENT)
+
+
+@pytest.mark.parametrize("shape", [(), (3,), (2, 0), (2, 4)])
+def test_right_jacobian_derivative_needs_the_array_api_only(shape: tuple[int, ...]) -> None:
+    X, dX = np.random.default_rng(6).uniform(-2, 2, (2, *shape, 3))
+    strict = se2.right_jacobian_derivative(array_api_strict.asarray(X), array_api_strict.asarray(dX))
+    assert strict.shape == (*shape, 3, 3)
+    np.testing.assert_array_equal(np.asarray(strict), se2.right_jacobian_derivative(X, dX))
