@@ -16,7 +16,7 @@ from nhtrack.plots.style import CROWD, INK, panel_title, run_title, styled
 from nhtrack.recording import Recording
 from nhtrack.simulation.palette import ROOT, robot_colour
 
-__all__ = ["trajectories"]
+__all__ = ["draw_glyphs", "frame_panel", "trajectories"]
 
 # A robot: a dart of unit length about its axle midpoint, nose along +x.
 DART = np.array([[0.62, 0.0], [-0.38, 0.34], [-0.20, 0.0], [-0.38, -0.34]])
@@ -45,9 +45,9 @@ def trajectories(recording: Recording, fractions: Sequence[float] = (0.15, 0.25,
     for k, (axes, fraction) in enumerate(zip(panels.flat, fractions, strict=False)):
         last = int(np.searchsorted(recording.time, fraction * recording.time[-1] + 1e-9, side="right"))
         shown = slice(0, max(last, 1))
-        _frame(axes, pose[shown], shape)
+        frame_panel(axes, pose[shown], shape)
         _draw_paths(axes, pose[shown], None if twin is None else twin[shown])
-        _draw_glyphs(axes, pose[shown])
+        draw_glyphs(axes, pose[shown])
         reached = recording.time[shown][-1] / recording.time_scale
         panel_title(axes, "abcdefghijklmnop"[k % 16], f"$t$ = {reached:.4g} s  ({fraction:.0%} of the run)")
     for axes in panels.flat[len(fractions) :]:
@@ -77,7 +77,7 @@ def _shape(pose: np.ndarray) -> float:
     return float(np.clip(height / width, 0.55, 1.15))
 
 
-def _frame(axes: Axes, pose: np.ndarray, shape: float) -> None:
+def frame_panel(axes: Axes, pose: np.ndarray, shape: float) -> None:
     """Sets equal axes around all positions, so that headings and curvature are seen undistorted."""
     low, high = (bound(pose[..., :2], axis=(0, 1)) for bound in (np.nanmin, np.nanmax))
     width = max(float(high[0] - low[0]), float(high[1] - low[1]) / shape, 1e-6) * (1 + 3 * _GLYPH_SHARE)
@@ -99,7 +99,7 @@ def _draw_paths(axes: Axes, pose: np.ndarray, twin: np.ndarray | None) -> None:
             axes.plot(*twin[:, place, :2].T, color=INK, linewidth=0.6, dashes=(5, 7), zorder=2.5)
 
 
-def _draw_glyphs(axes: Axes, pose: np.ndarray) -> None:
+def draw_glyphs(axes: Axes, pose: np.ndarray) -> None:
     """Draws the robots where they began and where they are, each smaller than the last: none hides another."""
     count = pose.shape[1]
     size = _GLYPH_SHARE * float(np.ptp(axes.get_xlim())) * (0.75 if count - 1 > CROWD else 1.0)
