@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 from dataclasses import replace
 from typing import Any
 
@@ -163,7 +164,8 @@ def test_the_most_of_everything_is_what_the_run_itself_recorded(drive: DiffDrive
         recorded = recording.dataset.sel(robot=name).isel(time=slice(1, None))
         peak = float(np.abs(recorded["wheel_speed"]).max())
         assert found[name, "wheel_speed"].value == pytest.approx(peak, rel=tol.HAND)
-        assert found[name, "forward_acceleration"].value == float(np.abs(recorded["input"][:-1, 0]).max())
+        hardest = np.abs(recording["input"].sel(robot=name)[:-1, 0]).max()
+        assert found[name, "forward_acceleration"].value == float(hardest)
         # A recording has the ends of periods only; demands look at their starts too.
         for quantity, variable in (
             ("friction_utilisation", "friction_utilisation_predicted"),
@@ -187,7 +189,11 @@ def test_a_virtual_leader_asks_for_nothing(drive: DiffDrive) -> None:
 
 @pytest.mark.parametrize(
     ("overrides", "limit"),
-    [(("physics.friction=0.2",), "friction"), ((), "wheel torque"), (("similarity.length=30",), "wheel speed")],
+    [
+        (("physics.friction=0.2",), "friction"),
+        (("physics.friction=2", "law.kp=40", "law.kd=20"), "wheel torque"),
+        (("similarity.length=30", "control_rate=2"), "wheel speed"),
+    ],
 )
 def test_auto_takes_what_there_is_and_no_more(drive: DiffDrive, overrides: tuple[str, ...], limit: str) -> None:
     scenario = with_time(case(*overrides))
@@ -225,7 +231,7 @@ def test_a_recording_carries_the_number() -> None:
 
 def test_until_it_is_found_there_is_no_number() -> None:
     for use in (build, lambda scenario: scenario.periods):
-        with pytest.raises(TypeError, match="auto becomes a number by nhtrack.study.feasibility.with_time"):
+        with pytest.raises(TypeError, match=r"auto becomes a number by nhtrack\.study\.feasibility\.with_time"):
             use(case())
 
 
@@ -238,7 +244,7 @@ def test_until_it_is_found_there_is_no_number() -> None:
         ),
         (
             ("similarity.length=1e8",),
-            r"needed: .* of \w+'s (left|right) wheel at .* s asks for it; that is .* control periods, and at most 2e\+06",
+            r"needed: .* of \w+'s (left|right) wheel at .* s asks for it; that is .* periods, and at most 2e\+06 fit",
         ),
     ],
 )
@@ -271,7 +277,8 @@ def predicted(*overrides: str) -> tuple[str, ...]:
 def test_predictions_name_robot_wheel_time_and_remedy() -> None:
     slippery = predicted("similarity.time=3", "physics.friction=0.05")
     assert len(slippery) == 1
-    assert slippery[0].startswith("follower is predicted to slip: its right wheel needs 1.")
+    told = r"follower is predicted to slip: its left wheel needs 1\.\d+ times the friction there is at \d+ s; "
+    assert re.match(told, slippery[0])
     remedy = float(slippery[0].split("similarity.time ")[1].split()[0])
     assert predicted(f"similarity.time={remedy}", "physics.friction=0.05") == ()
     weak = predicted("similarity.time=0.6", "physics.friction=9")
@@ -289,7 +296,7 @@ def test_on_ice_predictions_know_no_remedy() -> None:
 
 
 def test_a_run_on_wheels_is_warned_of_and_an_ideal_one_is_not() -> None:
-    slippery = ("similarity.time=3", "physics.friction=0.05", "duration=1", "leader.virtual=true")
+    slippery = ("similarity.time=1.5", "physics.friction=0.05", "duration=1", "leader.virtual=true")
     warned = simulate(case(*slippery)).summary["warnings"]
     assert [line.split(":")[0] for line in warned] == ["follower is predicted to slip"]
     assert simulate(case(*slippery, "backend=ideal")).summary["warnings"] == []
@@ -340,7 +347,7 @@ def test_one_that_runs_away_stops_and_the_others_go_on() -> None:
     g, xi = np.zeros((3, 1, 3)), np.zeros((3, 1, 3))
     simulation = Kinematics(("leader",), 1.0)
     simulation.reset(State(0.0, g, xi))
-    u = np.array([[[1.0, 0.0]], [[1e9, 0.0]], [[np.nan, 0.0]]])
+    u = np.array([[[1.0, 0.0]], [[1e13, 0.0]], [[np.nan, 0.0]]])
     simulation.step(u)
     state = simulation.step(np.ones((3, 1, 2)))
     np.testing.assert_array_equal(simulation.lost, [False, True, True])

@@ -95,7 +95,8 @@ def _loads_at_rest(drive: DiffDrive) -> Array:
 def _ratio(limit: Array | float, demand: Array) -> Array:
     """Returns limit/demand, infinite where nothing is asked for."""
     asked = demand > 0
-    return np.where(asked, limit / np.where(asked, demand, 1.0), np.inf)
+    with np.errstate(over="ignore"):  # next to nothing asked for
+        return np.where(asked, limit / np.where(asked, demand, 1.0), np.inf)
 
 
 def torque_limits(drive: DiffDrive, torque: Array, speed: Array) -> Array:

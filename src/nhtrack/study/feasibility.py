@@ -20,6 +20,7 @@ _CLOSE_ENOUGH = 0.998  # a fitting time scale this close to what its own run ask
 _FIRST_PERIODS = 2000  # of the first run of a search
 _FEWEST_PERIODS = 100  # below this a run no longer is the motion of its scenario
 _MOST_RUNS = 20
+_MOST_BLIND_PERIODS = 200_000  # of a run that diverges: beyond it the control period is not to blame
 
 
 @dataclass(frozen=True)
@@ -132,6 +133,8 @@ def fitting_time(scenario: Scenario, drive: DiffDrive, progress: Progress | None
     time, too_small, fitted = max(_FIRST_PERIODS / per_unit, floor), 0.0, None
     for _ in range(_MOST_RUNS):
         worst = _worst(_at_time(scenario, time), drive, progress)
+        if worst is None and time * per_unit > _MOST_BLIND_PERIODS:
+            raise FeasibilityError(f"the ideal run diverges at every time scale tried, up to {time:.3g}")
         if worst is None:
             wanted = 4 * time
         elif worst.factor == 0:
@@ -148,15 +151,13 @@ def fitting_time(scenario: Scenario, drive: DiffDrive, progress: Progress | None
             if fitted is not None and wanted >= fitted:
                 return fitted
         time = wanted
-        if time > ceiling:
+        if time > ceiling and worst is not None:
             raise FeasibilityError(_too_long(scenario, time, worst))
     raise FeasibilityError(f"no time scale found in {_MOST_RUNS} runs; the last tried was {time:g}")
 
 
-def _too_long(scenario: Scenario, time: float, worst: Binding | None) -> str:
-    reason = "the ideal run diverges at every smaller one"
-    if worst is not None:
-        reason = f"{worst.limit} of {worst.robot}'s {worst.wheel} wheel at {worst.time:.3g} s asks for it"
+def _too_long(scenario: Scenario, time: float, worst: Binding) -> str:
+    reason = f"{worst.limit} of {worst.robot}'s {worst.wheel} wheel at {worst.time:.3g} s asks for it"
     count = scenario.duration * time * scenario.control_rate
     return (
         f"time scale {time:.3g} needed: {reason}; "

@@ -54,7 +54,8 @@ def figures_of(run: Rollout, bodies: list[int], drive: DiffDrive, friction: floa
     """
     error = run.variables["error"][:, :, 1:]
     distance, heading = np.hypot(error[..., 0], error[..., 1]), np.abs(error[..., 2])
-    path = np.abs(run.variables["twist"][:-1, :, 0, 0]).sum(axis=0) * (run.time[1] - run.time[0])
+    steps = np.diff(run.variables["pose"][:, :, 0, :2], axis=0)
+    path = np.hypot(steps[..., 0], steps[..., 1]).sum(axis=0)
     late = int(np.searchsorted(run.time, (1 - LATE) * run.time[-1]))
     outside = distance > SETTLED * distance.max(axis=0)
     last_outside = np.where(outside.any(axis=0), len(distance) - outside[::-1].argmax(axis=0), 0)

@@ -109,8 +109,9 @@ class Tuning:
     def account(self) -> str:
         """The search in a line."""
         bound = ", gains below their bounds allowed" if self.below_bound else ""
+        count = len(self.history)
         return (
-            f"objective {self.objective}, {self.candidates} candidates in {len(self.history)} generations, "
+            f"objective {self.objective}, {self.candidates} candidates in {count} generation{'s' * (count > 1)}, "
             f"seed {self.seed}{bound}, friction margin {self.scenario.similarity.friction_margin:g}"
         )
 
