@@ -1,4 +1,4 @@
-"""A reduced model for tests that need wheels in name only: about the size of nh_mini, CoM towards the caster."""
+"""A reduced model for tests that need wheels in name only: about the size of nh_mini."""
 
 from nhtrack.diffdrive import DiffDrive, Motor
 

@@ -1,8 +1,8 @@
 """What every simulation must keep, as a test class: a room's own class inherits it and says how to make one.
 
-    class TestIdealSimulation(SimulationContract):
-        def make(self) -> Simulation:
-            return IdealSimulation(self.names, drive, self.dt)
+class TestIdealSimulation(SimulationContract):
+    def make(self) -> Simulation:
+        return IdealSimulation(self.names, drive, self.dt)
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ class SimulationContract:
         raise NotImplementedError
 
     def start(self, t: float = 0.0) -> State:
-        """Three robots half a metre apart that drive, turn, and stand, one with its heading past a whole turn."""
+        """Three robots half a metre apart that drive, turn, and stand, one past a whole turn."""
         g = np.array([[0.0, 0.0, 0.0], [0.5, 0.25, 2.0], [-0.5, 0.5, -7.0]])
         xi = np.array([[0.2, 0.0, 0.5], [0.0, 0.0, -0.3], [0.0, 0.0, 0.0]])
         return State(t, g, xi)
@@ -114,7 +114,9 @@ class SimulationContract:
         for _ in range(2):
             state = simulation.step(u)
             held += [state.g, state.xi, *simulation.telemetry().values()]
-        assert not [(i, j) for i, j in combinations(range(len(held)), 2) if np.shares_memory(held[i], held[j])]
+        assert not [
+            (i, j) for i, j in combinations(range(len(held)), 2) if np.shares_memory(held[i], held[j])
+        ]
 
     def test_inputs_are_left_as_they_were(self) -> None:
         simulation, start, u = self.make(), self.start(), self.input()

@@ -113,8 +113,8 @@ SYMMETRY = 1e-9  # [m], [rad], [m/s], [rad/s]
 # where the follower comes close to its leader. The issue asks for 1e-9.
 CLOSED_LOOP = 1e-11
 
-# The same for headings [rad] and twists [m/s, rad/s]. In example 1 the follower passes 2.4 mm from its leader at 40 s of
-# the robot's clock, where beta switches: rounded positions of 8 m are 1e-12 rad of beta there, times k = 17 and kp.
+# The same for headings [rad] and twists [m/s, rad/s]. In example 1 the follower passes 2.4 mm from its leader at
+# 40 s of the robot's clock, where beta switches: rounded positions of 8 m are 1e-12 rad of beta there, times k = 17.
 CLOSE_PASS = 2e-10
 
 # Ratio of errors when a control period is halved, 2 at first order, at 50 and 100 Hz.

@@ -95,7 +95,9 @@ def test_step_equals_scipy(motion: Motion) -> None:
 
 
 @given(st.floats(-100.0, 100.0), draw.lengths, draw.lengths, st.floats(1e-3, 10.0))
-def test_without_turning_the_path_is_a_parabola_in_time(theta: float, v: float, u_x: float, dt: float) -> None:
+def test_without_turning_the_path_is_a_parabola_in_time(
+    theta: float, v: float, u_x: float, dt: float
+) -> None:
     motion = Motion(np.array([0.0, 0.0, theta]), np.array([v, 0.0, 0.0]), np.array([u_x, 0.0]), dt)
     far = v * dt + u_x * dt**2 / 2
     expected = np.array([far * math.cos(theta), far * math.sin(theta), theta])
@@ -118,7 +120,9 @@ def test_two_periods_compose_to_their_sum(motion: Motion, share: float) -> None:
     once = propagate(motion.g, motion.xi, motion.u, motion.dt)
     assert np.abs(twice[0] - once[0])[:2].max() <= 4 * motion.position_rounding
     assert np.abs(twice[0] - once[0])[2] <= 4 * motion.heading_rounding
-    assert np.abs(twice[1] - once[1]).max() <= tol.ALGEBRA * (np.abs(motion.xi) + np.abs(motion.u).max()).max()
+    assert (
+        np.abs(twice[1] - once[1]).max() <= tol.ALGEBRA * (np.abs(motion.xi) + np.abs(motion.u).max()).max()
+    )
 
 
 @given(motions())

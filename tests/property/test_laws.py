@@ -1,4 +1,4 @@
-"""The laws against the paper written a second time, their symmetries, and what they do to a robot in the long run."""
+"""The laws against the paper written a second time, their symmetries, and what they do in the long run."""
 
 from __future__ import annotations
 
@@ -90,7 +90,7 @@ relative_headings = st.one_of(draw.branch_angles, st.floats(-3.0, 3.0))
 
 @st.composite
 def scenes(draw_: st.DrawFn, headings: st.SearchStrategy[float] = relative_headings) -> Scene:
-    """One follower and its leader, a relative heading of the branch, away from the jumps of the law's angles."""
+    """One follower and its leader, away from the jumps of the law's angles."""
     leader = np.array([draw_(places), draw_(places), draw_(st.floats(-20.0, 20.0))])
     relative = np.array([draw_(places), draw_(places), draw_(headings)])
     xi_0, xi_1 = (np.array([draw_(speeds), 0.0, draw_(speeds)]) for _ in range(2))
@@ -133,7 +133,9 @@ def random_scene(shape: tuple[int, ...], seed: int = 0) -> Scene:
     rng = np.random.default_rng(seed)
     g = rng.uniform(-5, 5, (2, *shape, 3))
     xi = rng.uniform(-2, 2, (2, *shape, 3)) * [1, 0, 1]
-    return Scene(Robots(g[0], xi[0]), Leader(g[1], xi[1], rng.uniform(-2, 2, (*shape, 3)) * np.array([1.0, 0.0, 1.0])))
+    return Scene(
+        Robots(g[0], xi[0]), Leader(g[1], xi[1], rng.uniform(-2, 2, (*shape, 3)) * np.array([1.0, 0.0, 1.0]))
+    )
 
 
 def at(scene: Scene, index: object) -> Scene:
@@ -146,7 +148,7 @@ def at(scene: Scene, index: object) -> Scene:
 
 @given(laws(), scenes())
 def test_law_is_the_paper_s(law: AnyLaw, scene: Scene) -> None:
-    """Equal to the general form (eq. 25) in homogeneous matrices, with and without its bracket, and to Lemma 1."""
+    """Equal to the general form (eq. 25) in matrices, with and without its bracket, and to Lemma 1."""
     theta = abs(scene.relative[2])
     assume(theta <= PI or theta > PI + 1e-9)  # rounded past pi the two may take different branches
     follower, leader = state(*scene.follower), state(scene.leader.g, scene.leader.xi)
@@ -181,7 +183,7 @@ def test_published_and_full_differ_by_the_bracket() -> None:
 
 @given(laws(), scenes(), draw.triples(st.floats(-20.0, 20.0)))
 def test_law_is_left_invariant(law: AnyLaw, scene: Scene, h: np.ndarray) -> None:
-    """Moving follower and leader by the same h changes nothing; the memory carries the branch at the antipode."""
+    """Moving both by the same h changes nothing; the memory carries the branch at the antipode."""
     h[:2] = np.clip(h[:2], -10, 10)
     memory = law.init(*scene)
     follower = scene.follower._replace(g=se2.compose(h, scene.follower.g))
@@ -197,13 +199,17 @@ def test_law_is_mirror_symmetric(law: AnyLaw, scene: Scene) -> None:
     flip, flip_u = np.array([1.0, -1.0, -1.0]), np.array([1.0, -1.0])
     follower = Robots(scene.follower.g * flip, scene.follower.xi * flip)
     leader = Leader(scene.leader.g * flip, scene.leader.xi * flip, scene.leader.u * flip)
-    np.testing.assert_array_equal(first_command(law, Scene(follower, leader)), first_command(law, scene) * flip_u)
+    np.testing.assert_array_equal(
+        first_command(law, Scene(follower, leader)), first_command(law, scene) * flip_u
+    )
 
 
 def scaled(law: AnyLaw, scene: Scene, similarity: Similarity) -> tuple[AnyLaw, Scene]:
     gains = similarity.scale_gains(law.kp, law.kd, law.ke if isinstance(law, Published) else 0.0, law.k)
     law = replace(law, **{name: value for name, value in gains._asdict().items() if hasattr(law, name)})
-    follower = Robots(similarity.poses_to_robot(scene.follower.g), similarity.twists_to_robot(scene.follower.xi))
+    follower = Robots(
+        similarity.poses_to_robot(scene.follower.g), similarity.twists_to_robot(scene.follower.xi)
+    )
     leader = Leader(
         similarity.poses_to_robot(scene.leader.g),
         similarity.twists_to_robot(scene.leader.xi),
@@ -298,16 +304,16 @@ def test_pi_and_minus_pi_turn_opposite_ways(law: AnyLaw) -> None:
 @every_law
 @pytest.mark.parametrize("theta", [PI, -PI, 0.3, -2.0])
 def test_three_half_turns_are_one(law: AnyLaw, theta: float) -> None:
-    """A follower whole turns ahead is told the same, the antipode keeping its sign: 3 pi as pi, -3 pi as -pi."""
+    """A follower whole turns ahead is told the same: 3 pi as pi, -3 pi as -pi."""
     more = first_command(law, behind(theta + math.copysign(2 * PI, theta)))
     np.testing.assert_allclose(more, first_command(law, behind(theta)), rtol=tol.HAND)
 
 
 @every_law
 def test_command_does_not_chatter_at_the_antipode(law: AnyLaw) -> None:
-    """A heading that trembles about pi keeps its branch, and the command trembles with it instead of changing sign.
+    """A heading that trembles about pi keeps its branch, and the command does not change its sign.
 
-    The follower stands off the leader's axis: on it q_x changes sign at the antipode, and beta jumps as printed.
+    The follower stands off the leader's axis: on it q_x changes sign at the antipode and beta jumps as printed.
     """
     headings = PI + 1e-6 * np.sin(np.arange(60))
     memory = law.init(*behind(3.0, y=1.0))
@@ -322,7 +328,7 @@ def test_command_does_not_chatter_at_the_antipode(law: AnyLaw) -> None:
 
 @every_law
 def test_branch_changes_once_and_late(law: AnyLaw) -> None:
-    """A heading that keeps turning gives a turn up at pi + hysteresis; turning back it takes it at pi - hysteresis."""
+    """A turn is given up at pi + hysteresis and, turning back, taken again at pi - hysteresis."""
     ahead = np.linspace(0.0, 3 * PI, 1000)
     memory, turns = law.init(*behind(0.0)), []
     for theta in [*ahead, *ahead[::-1]]:
@@ -338,7 +344,7 @@ def test_branch_changes_once_and_late(law: AnyLaw) -> None:
 
 @given(st.sampled_from(EXAMPLES), st.lists(st.floats(-3.0, 3.0), min_size=1, max_size=40))
 def test_commands_stay_finite_however_the_follower_turns(law: AnyLaw, steps: list[float]) -> None:
-    """The singularity of log at a relative heading of 2 pi is out of reach while a period turns less than pi - 0.25."""
+    """log's singularity at 2 pi is out of reach while a period turns less than pi - 0.25."""
     theta = 0.0
     memory = law.init(*behind(theta))
     for step in steps:
@@ -359,13 +365,15 @@ def on_target(xi_0: tuple[float, float, float], u_0: tuple[float, float]) -> Sce
 @pytest.mark.parametrize("variant", ["published", "full"])
 @pytest.mark.parametrize("xi_0", [(0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (-1.0, 0.0, 0.5), (0.0, 0.0, 2.0)])
 def test_on_target_the_command_is_the_feedforward(variant: str, xi_0: tuple[float, float, float]) -> None:
-    """Pose and twist of the leader: 0/0 in beta, and in the adjoint attitude where the leader rests, count as 0."""
+    """0/0 in beta, and in the adjoint attitude where the leader rests, count as 0."""
     law = replace(EXAMPLES[0], variant=variant)
     np.testing.assert_array_equal(first_command(law, on_target(xi_0, (0.7, -0.2))), [0.7, -0.2])
 
 
 def test_stabiliser_on_target_commands_nothing() -> None:
-    np.testing.assert_array_equal(first_command(EXAMPLES[2], on_target((0.0, 0.0, 0.0), (0.0, 0.0))), [0.0, 0.0])
+    np.testing.assert_array_equal(
+        first_command(EXAMPLES[2], on_target((0.0, 0.0, 0.0), (0.0, 0.0))), [0.0, 0.0]
+    )
 
 
 @every_law
@@ -415,11 +423,13 @@ def test_log_feedback_is_the_matrix_logarithm(g: np.ndarray, xi: np.ndarray) -> 
 
 
 def test_log_feedback_stabilises_a_fully_actuated_body() -> None:
-    """From random |theta| < pi; the heading obeys theta'' = -kp theta - kd theta' and its energy only falls."""
+    """From random |theta| < pi; theta'' = -kp theta - kd theta', and the heading's energy only falls."""
     kp, kd, bodies = 1.0, 2.5, 40
     rng = np.random.default_rng(5)
     reach, push = np.array([10.0, 10.0, 0.999 * PI]), np.array([2.0, 2.0, 0.2])
-    start = np.concatenate([rng.uniform(-reach, reach, (bodies, 3)), rng.uniform(-push, push, (bodies, 3))], axis=-1)
+    start = np.concatenate(
+        [rng.uniform(-reach, reach, (bodies, 3)), rng.uniform(-push, push, (bodies, 3))], axis=-1
+    )
 
     def rate(_: float, flat: np.ndarray) -> np.ndarray:
         g, xi = np.split(flat.reshape(bodies, 6), 2, axis=-1)
@@ -427,7 +437,9 @@ def test_log_feedback_stabilises_a_fully_actuated_body() -> None:
         return np.concatenate([velocity, log_feedback(g, xi, kp, kd)], axis=-1).ravel()
 
     times = np.linspace(0.0, 40.0, 81)
-    solution = solve_ivp(rate, (0.0, 40.0), start.ravel(), method="DOP853", rtol=1e-10, atol=1e-12, t_eval=times)
+    solution = solve_ivp(
+        rate, (0.0, 40.0), start.ravel(), method="DOP853", rtol=1e-10, atol=1e-12, t_eval=times
+    )
     path = solution.y.T.reshape(len(times), bodies, 6)
     linear = [expm(np.array([[0.0, 1.0], [-kp, -kd]]) * t) @ start[:, [2, 5]].T for t in times]
     np.testing.assert_allclose(path[..., [2, 5]], np.moveaxis(linear, 1, 2), atol=tol.ODE)
@@ -483,7 +495,7 @@ def test_lemma_1_above_the_bound_every_start_converges() -> None:
 
 @pytest.mark.slow
 def test_lemma_1_below_the_bound_no_start_converges() -> None:
-    """k = 1.5 < 2, which the paper does not exclude: every follower stops abreast of the leader and turned away.
+    """k = 1.5 < 2, which the paper does not exclude: every follower stops abreast of its leader.
 
     There q_x = 0 holds it in place and beta = +-pi/2 holds its heading at +-k pi/2, at any distance.
     """
@@ -504,7 +516,7 @@ def test_theorem_1_leader_at_rest_above_the_bound_every_start_converges(variant:
 @pytest.mark.parametrize("variant", ["published", "full"])
 @pytest.mark.parametrize("twist", [(1.0, 0.0), (1.0, 0.5)], ids=["line", "circle"])
 def test_theorem_1_moving_leader_no_start_converges(variant: str, twist: tuple[float, float]) -> None:
-    """The paper claims global asymptotic tracking; measured, every start ends on a cycle around the leader instead.
+    """The paper claims global asymptotic tracking; measured, every start ends on a cycle instead.
 
     Gains above both bounds. The cycle stays: bounded in position, and of a size in heading.
     """

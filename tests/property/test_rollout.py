@@ -1,4 +1,4 @@
-"""The closed loop on the ideal backend: the sampled law, its limit, its scaling, and the paper's opposite turns."""
+"""The closed loop on the ideal backend: the sampled law, its limit, its scaling, and opposite turns."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ def robots_at_start(experiment: Experiment) -> np.ndarray:
 def test_ideal_backend_is_the_sampled_law_integrated_by_scipy(name: str) -> None:
     """Period by period: the paper's law in matrices, its command held, DOP853 at rtol 1e-12."""
     experiment = build(scenario(name))
-    law, branch = paper_law(experiment.law), independent.Branch(experiment.law.hysteresis)  # type: ignore[attr-defined]
+    law, branch = paper_law(experiment.law), independent.Branch(0.25)
     robots = [robots_at_start(experiment)]
     for u_0 in experiment.inputs:
         leader, follower = robots[-1]
@@ -123,14 +123,16 @@ def continuous(
 def test_sampled_law_tends_to_the_continuous_law_at_first_order(
     name: str, u_0: Callable[[float], tuple[float, float]], until: float
 ) -> None:
-    """Halving the control period halves the distance to the law evaluated at every instant, before beta switches."""
+    """Halving the period halves the distance to the law evaluated at every instant, until beta switches."""
     rates = [12.5, 25.0, 50.0, 100.0]
     errors = []
     for rate in rates:
         given = scenario(name).model_copy(update={"control_rate": rate, "duration": until})
         experiment = build(given)
         # Dead zones are steps in the law; which period sees one is a matter of chance.
-        experiment = replace(experiment, law=replace(experiment.law, dead_zone_length=0.0, dead_zone_speed=0.0))  # type: ignore[type-var]
+        experiment = replace(
+            experiment, law=replace(experiment.law, dead_zone_length=0.0, dead_zone_speed=0.0)
+        )  # type: ignore[type-var]
         every = round(rate / rates[0])
         done = roll(experiment)
         if rate == rates[0]:
@@ -177,13 +179,15 @@ def test_scaled_and_unscaled_runs_agree_to_rounding(name: str) -> None:
 
 
 def test_pi_and_minus_pi_turn_opposite_ways() -> None:
-    """The same pose, two initial conditions: pi turns clockwise, -pi anticlockwise, mirror images to the last bit."""
+    """One pose, two initial conditions: pi turns clockwise, -pi anticlockwise, mirror images to the last bit."""
     plus, minus = (run(f"example3_{sign}").variables["pose"][:, 1] for sign in ("pi", "minus_pi"))
     np.testing.assert_array_equal(plus[0, :2], minus[0, :2])
     assert plus[0, 2] - minus[0, 2] == 2 * PI
     np.testing.assert_array_equal(plus * [1, -1, -1], minus)
     for theta, way in ((plus[:, 2], -1), (minus[:, 2], 1)):
         assert way * (theta[1] - theta[0]) > 0
-        assert way * (theta[-1] - theta[0]) == pytest.approx(PI, abs=1.0)  # half a turn, and the cycle that is left
+        assert way * (theta[-1] - theta[0]) == pytest.approx(
+            PI, abs=1.0
+        )  # half a turn, and the cycle that is left
         assert np.abs(theta).max() == PI  # never past the antipode
     assert np.abs(plus[:, 1]).max() > 0.1  # [m] they pass on different sides

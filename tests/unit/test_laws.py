@@ -22,7 +22,7 @@ def command(law: Published | Stabiliser, follower: Robots = FOLLOWER, leader: Le
 
 
 def test_published_by_hand() -> None:
-    """r = (2, 1), theta01 = pi/2: A^-1 = pi/4 [[1, 1], [-1, 1]], so q = pi/4 (3, -1) and beta = arctan(1/3)."""
+    """r = (2, 1), theta01 = pi/2: A^-1 = pi/4 [[1, 1], [-1, 1]], q = pi/4 (3, -1), beta = arctan(1/3)."""
     kp, kd, ke, k = 2.0, 3.0, 0.5, 4.0
     beta, attitude = math.atan(1 / 3), math.atan((0.5 * 2) / (1 - 0.5 * 1))
     u_theta = -ke * (PI / 2 - attitude) - kp * (PI / 2 + k * beta) - kd * (0.25 - 0.5) + 0.2
@@ -43,7 +43,9 @@ def test_lateral_velocity_of_a_leader_is_taken_in() -> None:
     leader = LEADER._replace(xi=np.array([1.0, -1.0, 0.5]))
     u_theta = -0.5 * PI / 2 - 2 * (PI / 2 + 4 * math.atan(1 / 3)) - 3 * (0.25 - 0.5) + 0.2
     u_x = -2 * 0.75 * PI - 3 * 0.5 + 0.2 * 2
-    np.testing.assert_allclose(command(Published(2.0, 3.0, 0.5, 4.0), leader=leader), [u_x, u_theta], rtol=tol.HAND)
+    np.testing.assert_allclose(
+        command(Published(2.0, 3.0, 0.5, 4.0), leader=leader), [u_x, u_theta], rtol=tol.HAND
+    )
 
 
 def test_stabiliser_by_hand_looks_at_no_motion_of_the_leader() -> None:
@@ -83,7 +85,9 @@ def test_quotient_of_arctan_counts_its_dead_zone_by_length() -> None:
 
 # -- gain warnings ----------------------------------------------------------------------------------
 
-STEERING = "k = {k:g} is not above 2 (1 + ke/kp) = {bound:g}: with the leader at rest the heading will not align"
+STEERING = (
+    "k = {k:g} is not above 2 (1 + ke/kp) = {bound:g}: with the leader at rest the heading will not align"
+)
 DAMPING = "kd = {kd:g} is below 2 sqrt(kp) = {bound:g}: q_x overshoots and beta jumps by pi each time"
 
 
@@ -96,7 +100,9 @@ def test_steering_gain_must_exceed_its_bound(k: float, warned: bool) -> None:
     assert Published(4.0, 6.0, 2.0, k).warnings() == expected
 
 
-@pytest.mark.parametrize(("kd", "warned"), [(math.nextafter(4.0, 0.0), True), (4.0, False), (3.0, True), (9.0, False)])
+@pytest.mark.parametrize(
+    ("kd", "warned"), [(math.nextafter(4.0, 0.0), True), (4.0, False), (3.0, True), (9.0, False)]
+)
 def test_damping_may_be_critical(kd: float, warned: bool) -> None:
     """kp = 4: kd >= 4."""
     expected = (DAMPING.format(kd=kd, bound=4),) if warned else ()

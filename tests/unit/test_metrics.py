@@ -37,7 +37,12 @@ def recording(robots: tuple[str, ...] = ROBOTS, time: np.ndarray = TIME, **chang
     wheels = ("friction_utilisation", "friction_utilisation_predicted", "torque_saturation")
     variables |= {name: np.zeros((*shape, 2)) for name in wheels}
     parents = {name: [] if name == robots[0] else [robots[0]] for name in robots}
-    attributes: dict[str, Any] = {"name": "by hand", "backend": "mujoco", "outcome": "completed", "parents": parents}
+    attributes: dict[str, Any] = {
+        "name": "by hand",
+        "backend": "mujoco",
+        "outcome": "completed",
+        "parents": parents,
+    }
     attributes |= {"length_scale": 0.5, "time_scale": 2.0}
     return make_recording(time, robots, variables | changed, attributes)
 

@@ -74,8 +74,8 @@ def inputs(periods: int = 6) -> np.ndarray:
 
 def run(parents: Mapping[str, tuple[str, ...]], law: Echo | None = None, **arguments: object) -> Rollout:
     network = Network.from_parents(parents)
-    simulation = IdealSimulation(network.names, DRIVE, DT)
-    return rollout(simulation, law or Echo(), network, inputs(), start(len(network)), **arguments)  # type: ignore[arg-type]
+    simulation, begin = IdealSimulation(network.names, DRIVE, DT), start(len(network))
+    return rollout(simulation, law or Echo(), network, inputs(), begin, **arguments)  # type: ignore[arg-type]
 
 
 def test_every_level_sees_its_parent_s_command_of_the_same_period() -> None:
@@ -97,7 +97,9 @@ def test_each_follower_tracks_its_own_parent(parents: dict[str, tuple[str, ...]]
     for name, others in parents.items():
         robot = names.index(name)
         if not others:
-            assert all(np.isnan(done[what][:, robot]).all() for what in ("leader_pose", "leader_twist", "error"))
+            assert all(
+                np.isnan(done[what][:, robot]).all() for what in ("leader_pose", "leader_twist", "error")
+            )
             continue
         parent = names.index(others[0])
         np.testing.assert_array_equal(done["leader_pose"][:, robot], done["pose"][:, parent])
@@ -212,7 +214,7 @@ def test_a_diverging_run_keeps_its_rows_and_says_why() -> None:
     done = run(CHAIN, Breaking(after=4))
     assert isinstance(done.failure, SimulationDiverged)
     assert not done.interrupted
-    # Both followers break; `a` comes first in the order of robots. The fifth command is the first that is not finite.
+    # Both followers break; `a` is the first robot. The fifth command is the first that is not finite.
     assert (done.failure.robot, done.failure.time) == ("a", 0.5 + 5 * DT)
     np.testing.assert_array_equal(done.time, [0.5 + k * DT for k in range(5)])
     assert np.isfinite(done.variables["pose"]).all()
