@@ -22,7 +22,7 @@ from nhtrack.similarity import Similarity
 from nhtrack.simulation.scene import load_robot
 from nhtrack.study.objective import Figures, Objective, ObjectiveError, figures_of
 from nhtrack.study.run import simulate
-from nhtrack.study.tune import RANGES, Tuning, tune
+from nhtrack.study.tune import RANGES, Tuning, _Box, tune
 
 CASE = """
 name: case
@@ -76,17 +76,16 @@ def test_an_objective_that_makes_no_sense_is_refused(text: str, message: str) ->
 
 def test_cost_by_hand() -> None:
     good = Figures(0.02, 0.3, 0.4, 0.5, 0.9)
-    assert float(Objective(late=1).cost(good, 0.7)) == pytest.approx(2 + 3, rel=tol.HAND)
-    assert float(Objective(late=2, settling=0.5, utilisation=1).cost(good, 0.7)) == pytest.approx(
+    assert float(Objective(late=1).cost(good)) == pytest.approx(2 + 3, rel=tol.HAND)
+    assert float(Objective(late=2, settling=0.5, utilisation=1).cost(good)) == pytest.approx(
         10 + 2 + 5, rel=tol.HAND
     )
-    greedy = good._replace(utilisation=0.77, motor=1.2)
-    assert float(Objective(late=1).cost(greedy, 0.7)) == pytest.approx(5 + 10 + 20, rel=tol.HAND)
+    assert float(Objective(late=1).cost(good._replace(pace=1.2))) == pytest.approx(5 + 20, rel=tol.HAND)
 
 
-def test_what_is_lost_or_lifts_is_worth_nothing() -> None:
-    lost = Figures(*(np.array([0.1, np.nan, 0.1]) for _ in range(5)))._replace(utilisation=np.array([0.1, 0.1, np.inf]))
-    assert np.isfinite(Objective(late=1).cost(lost, 0.7)).tolist() == [True, False, False]
+def test_what_is_lost_or_can_never_fit_is_worth_nothing() -> None:
+    lost = Figures(*(np.array([0.1, np.nan, 0.1]) for _ in range(5)))._replace(pace=np.array([0.1, np.nan, np.inf]))
+    assert np.isfinite(Objective(late=1).cost(lost)).tolist() == [True, False, False]
 
 
 def test_figures_of_a_batch_are_those_of_the_summary() -> None:
@@ -96,7 +95,7 @@ def test_figures_of_a_batch_are_those_of_the_summary() -> None:
     names = ("pose", "error", "twist", "input")
     batch = {name: np.stack([recording[name].values] * 2, axis=1) for name in names}
     drive = identify(load_robot("nh_mini"))
-    figures = figures_of(Rollout(recording.time, batch, None), [0, 1], drive, 1.0)
+    figures = figures_of(Rollout(recording.time, batch, None), [0, 1], drive, 1.0, 0.7)
     follower, robots = told["followers"]["follower"], told["robots"]
     assert figures.late_position[0] * max(
         robots["leader"]["path_length"], follower["initial_position_error"]
@@ -146,6 +145,24 @@ def test_gains_keep_their_bounds_unless_told(found: Tuning) -> None:
     assert free.cost <= free.cost_before
     assert "below their bounds allowed" in free.account
     assert "below" not in held.account
+
+
+def test_good_gains_below_the_bounds_are_not_kept_unless_told() -> None:
+    free = tune(case("law.kd=0.5"), budget=8, below_bound=True)
+    assert make_law(free.scenario.law, Similarity()).warnings() != ()
+    held = tune(free.scenario, budget=8)
+    assert held.gains_before == free.gains
+    assert held.cost > held.cost_before
+    assert make_law(held.scenario.law, Similarity()).warnings() == ()
+
+
+def test_later_generations_gather_around_the_best() -> None:
+    box = _Box.of(case(), seed=0, below_bound=True)
+    everywhere, best = np.log(box.spread(64)), np.array([2.0, 4.0, 0.5, 6.0])
+    near = np.log(box.around(np.tile(best, (8, 1)), 64))
+    assert np.all(np.abs(near - np.log(best)) < 0.3)
+    assert near.std(axis=0) == pytest.approx(0.05, rel=0.2)
+    assert np.all(everywhere.std(axis=0) > 1)
 
 
 def test_gains_have_three_digits(found: Tuning) -> None:

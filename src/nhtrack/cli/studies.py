@@ -140,7 +140,7 @@ def _print_tuning(found: Tuning, console: Console) -> None:
         ("late heading error", before.late_heading, after.late_heading, _radians),
         ("settled after, of the run", before.settling, after.settling, show_share),
         ("peak friction utilisation", before.utilisation, after.utilisation, show_share),
-        ("peak use of the motors", before.motor, after.motor, show_share),
+        ("time scale needed, of given", before.pace, after.pace, show_share),
         ("cost", found.cost_before, found.cost, _plain),
     ):
         table.add_row(meaning, show(old), show(new))

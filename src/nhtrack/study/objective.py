@@ -13,11 +13,11 @@ from nhtrack.diffdrive import DiffDrive
 from nhtrack.errors import NhtrackError, did_you_mean
 from nhtrack.metrics import LATE, SETTLED
 from nhtrack.rollout import Rollout
-from nhtrack.study.demand import motion_of, wheel_uses
+from nhtrack.study.demand import largest_factors, motion_of
 
 # One unit of cost: what a good run leaves. Position errors are shares of the leader's path.
 _POSITION, _HEADING, _SETTLING, _UTILISATION = 0.01, 0.1, 0.1, 0.1
-_STEEPNESS = 100.0  # every per cent beyond the friction margin or a motor's limit costs one unit
+_STEEPNESS = 100.0  # every per cent of a time scale too small costs one unit
 
 
 class ObjectiveError(NhtrackError):
@@ -32,18 +32,18 @@ class Figures(NamedTuple):
             the largest starting distance where that is longer [1].
         late_heading: largest heading error over the same time [rad].
         settling: when the last follower settled, as a share of the run; 1 where one never does [1].
-        utilisation: peak predicted friction utilisation [1].
-        motor: peak share of what the motors can give, torque or speed [1].
+        utilisation: peak predicted friction utilisation; infinite where a wheel would lift [1].
+        pace: smallest time scale that fits over the one there is, with the friction margin; above 1 it does not fit.
     """
 
     late_position: Array
     late_heading: Array
     settling: Array
     utilisation: Array
-    motor: Array
+    pace: Array
 
 
-def figures_of(run: Rollout, bodies: list[int], drive: DiffDrive, friction: float) -> Figures:
+def figures_of(run: Rollout, bodies: list[int], drive: DiffDrive, friction: float, margin: float) -> Figures:
     """Returns the figures of a batch of runs on the ideal model.
 
     Args:
@@ -51,6 +51,7 @@ def figures_of(run: Rollout, bodies: list[int], drive: DiffDrive, friction: floa
         bodies: indices of the robots that have wheels.
         drive: their reduced model.
         friction: coefficient of wheels and floor.
+        margin: share of it that may be used.
     """
     error = run.variables["error"][:, :, 1:]
     distance, heading = np.hypot(error[..., 0], error[..., 1]), np.abs(error[..., 2])
@@ -60,17 +61,18 @@ def figures_of(run: Rollout, bodies: list[int], drive: DiffDrive, friction: floa
     outside = distance > SETTLED * distance.max(axis=0)
     last_outside = np.where(outside.any(axis=0), len(distance) - outside[::-1].argmax(axis=0), 0)
     settled = np.where(last_outside <= late, last_outside / len(distance), 1.0)
-    utilisation, motor = np.zeros(len(path)), np.zeros(len(path))
+    utilisation, pace = np.zeros(len(path)), np.zeros(len(path))
     for robot in bodies:  # one at a time: these are the largest arrays of a search
-        uses = {quantity: use.share for quantity, _, use in wheel_uses(motion_of(run, robot), drive, friction)}
-        utilisation = np.maximum(utilisation, uses["friction_utilisation"].max(axis=(0, -1)))
-        motor = np.maximum(motor, np.maximum(uses["wheel_torque"], uses["wheel_speed"]).max(axis=(0, -1)))
+        motion = motion_of(run, robot)
+        utilisation = np.maximum(utilisation, drive.friction_utilisation(*motion.rates, friction).max(axis=(0, -1)))
+        with np.errstate(divide="ignore"):
+            pace = np.maximum(pace, 1 / largest_factors(motion, drive, margin * friction).min(axis=(0, 1, -1)))
     return Figures(
         distance[late:].max(axis=(0, 2)) / np.maximum(path, distance[0].max(axis=-1)),
         heading[late:].max(axis=(0, 2)),
         settled.max(axis=-1),
         utilisation,
-        motor,
+        pace,
     )
 
 
@@ -126,16 +128,9 @@ class Objective:
             return next(iter(used))
         return ",".join(f"{name}={weight:g}" for name, weight in used.items())
 
-    def cost(self, figures: Figures, margin: float) -> Array:
-        """Returns the cost of figures, shape (b,); infinite where a wheel would lift and for runs that diverge.
-
-        Args:
-            figures: of the runs.
-            margin: friction utilisation above which the penalty begins.
-        """
-        over_friction = np.maximum(0, figures.utilisation / margin - 1)
-        over_motor = np.maximum(0, figures.motor - 1)
-        cost = _STEEPNESS * (over_friction + over_motor)
+    def cost(self, figures: Figures) -> Array:
+        """Returns the cost of figures, shape (b,); infinite for runs that diverge and where no time scale would fit."""
+        cost = _STEEPNESS * np.maximum(0, figures.pace - 1)
         terms = {
             "late": figures.late_position / _POSITION + figures.late_heading / _HEADING,
             "settling": figures.settling / _SETTLING,

@@ -106,6 +106,11 @@ class Tuning:
         return sum(generation.candidates for generation in self.history)
 
     @property
+    def fitting_time(self) -> float:
+        """Time scale down to which the gains found fit wheels and motors, by the run at the scenario's own."""
+        return float(self.figures.pace) * self.scenario.similarity.time_scale
+
+    @property
     def account(self) -> str:
         """The search in a line."""
         bound = ", gains below their bounds allowed" if self.below_bound else ""
@@ -121,7 +126,7 @@ class Tuning:
         late = self.figures
         return (
             f"late error {100 * late.late_position:.2g} % of the path and {late.late_heading:.2g} rad; "
-            f"peak friction utilisation {late.utilisation:.2g}, motors at {100 * late.motor:.0f} %"
+            f"peak friction utilisation {late.utilisation:.2g}, fits down to time scale {self.fitting_time:.3g}"
         )
 
 
@@ -278,7 +283,7 @@ class _Trial:
 
             parts.append(self._figures(scenario, batch, progress))
         figures = Figures(*(np.concatenate(column) for column in zip(*parts, strict=True)))
-        return figures, self._objective.cost(figures, scenario.similarity.friction_margin)
+        return figures, self._objective.cost(figures)
 
     def _figures(self, scenario: Scenario, batch: Array, progress: Progress) -> Figures:
         """Returns the figures of one batched rollout; NaN for the candidates that lose their robots."""
@@ -298,7 +303,8 @@ class _Trial:
         if run.interrupted:
             raise KeyboardInterrupt
         bodies = list(robots_with_wheels(experiment).values())
-        figures = figures_of(run, bodies, self._drive, scenario.physics.friction)
+        friction, margin = scenario.physics.friction, scenario.similarity.friction_margin
+        figures = figures_of(run, bodies, self._drive, friction, margin)
         return Figures(*(np.where(simulation.lost, np.nan, values) for values in figures))
 
 
