@@ -215,7 +215,7 @@ def test_a_diverging_run_keeps_its_rows_and_says_why() -> None:
     assert isinstance(done.failure, SimulationDiverged)
     assert not done.interrupted
     # Both followers break; `a` is the first robot. The fifth command is the first that is not finite.
-    assert (done.failure.robot, done.failure.time) == ("a", 0.5 + 5 * DT)
+    assert (done.failure.robot, done.failure.time) == ("a", 0.5 + 4 * DT)
     np.testing.assert_array_equal(done.time, [0.5 + k * DT for k in range(5)])
     assert np.isfinite(done.variables["pose"]).all()
     assert np.isnan(done.variables["input"][-1, 1, 0])

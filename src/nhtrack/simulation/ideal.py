@@ -73,6 +73,7 @@ class IdealSimulation:
     def step(self, u: Array) -> State:
         """Advances one period by the exact flow; see `Simulation.step`."""
         self._u = np.array(u, dtype=float)
+        require_finite_command(self._u, self.names, self._state.t)
         g, xi = propagate(self._state.g, self._state.xi, self._u, self.dt)
         self._periods += 1
         self._state = State(self._start + self._periods * self.dt, g, xi)
