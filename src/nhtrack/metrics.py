@@ -78,7 +78,8 @@ def smallest_separation(recording: Recording) -> Separation | None:
 def summary(recording: Recording) -> dict[str, Any]:
     """Returns the figures of a run as a tree of plain numbers and names, ready for JSON; unknown figures are None.
 
-    Positions in metres, headings in radians, times in seconds on the robot's clock. *Late* means the worst over the
+    Positions in metres, headings in radians, loads in newtons, times in seconds on the robot's clock. An infinite
+    utilisation, of a wheel that carries no load, is None like any figure that is not known. *Late* means the worst over the
     last 15 % of the run.
     """
     separation = smallest_separation(recording)
@@ -122,6 +123,7 @@ def _robot_figures(recording: Recording) -> dict[str, dict[str, float | None]]:
         "gap_heading_max": heading.max(axis=0),
         "peak_utilisation": _peak(recording, "friction_utilisation"),
         "peak_utilisation_predicted": _peak(recording, "friction_utilisation_predicted"),
+        "smallest_wheel_load": _smallest(recording["wheel_load"].values),
         "peak_lateral_slip": _peak(recording, "lateral_slip"),
         "torque_saturation_share": np.nan_to_num(recording["torque_saturation"].values).max(axis=-1).mean(axis=0),
     }
@@ -136,6 +138,12 @@ def _peak(recording: Recording, name: str) -> np.ndarray:
     values = np.abs(recording[name].values)
     known = np.where(np.isnan(values), -np.inf, values).reshape(*values.shape[:2], -1).max(axis=(0, 2))
     return np.where(np.isneginf(known), np.nan, known)
+
+
+def _smallest(values: np.ndarray) -> np.ndarray:
+    """Returns the smallest value of a variable for every robot; NaN where it was never known."""
+    known = np.where(np.isnan(values), np.inf, values).reshape(*values.shape[:2], -1).min(axis=(0, 2))
+    return np.where(np.isposinf(known), np.nan, known)
 
 
 def _plain(value: float) -> float | None:

@@ -10,6 +10,8 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from nhtrack.diffdrive import DiffDrive, identify
 from nhtrack.errors import NhtrackError, SimulationDiverged
 from nhtrack.metrics import summary
@@ -130,7 +132,7 @@ def run_scenario(
     if out is not None and not overwrite and out.exists() and (not out.is_dir() or any(out.iterdir())):
         raise OutputError(f"{out} exists already; choose another --out, or --force to write into it")
     outcome = simulate(scenario, stage)
-    folder = _fresh_folder(scenario.name) if out is None else out
+    folder = fresh_folder(scenario.name) if out is None else out
     files = [outcome.recording.save(folder / "recording.nc"), save_json(folder / "summary.json", outcome.summary)]
     skipped: list[str] = []
     if figures:
@@ -175,10 +177,11 @@ def _bounds(twin: Rollout) -> tuple[float, float, float, float]:
 def _recording(
     scenario: Scenario, experiment: Experiment, drive: DiffDrive, main: Rollout, twin: Rollout, scene: Scene | None
 ) -> Recording:
-    # A run that ended early has fewer rows than its twin; a twin that did has fewer than the run.
-    rows = min(len(main.time), len(twin.time))
-    variables = {name: values[:rows] for name, values in main.variables.items()}
-    variables["ideal_pose"] = twin.variables["pose"][:rows]
+    # A run that ended early has fewer rows than its twin; where the twin ended early, its pose is not known.
+    shared = min(len(main.time), len(twin.time))
+    ideal_pose = np.full_like(main.variables["pose"], np.nan)
+    ideal_pose[:shared] = twin.variables["pose"][:shared]
+    variables = main.variables | {"ideal_pose": ideal_pose}
     outcome = "interrupted" if main.interrupted else "completed"
     attributes = {
         "name": scenario.name,
@@ -196,8 +199,7 @@ def _recording(
         "model_hash": scene.hash if scene else "",
         "versions": versions(),
     }
-    qpos = None if main.qpos is None else main.qpos[:rows]
-    return make_recording(main.time[:rows], experiment.network.names, variables, attributes, qpos)
+    return make_recording(main.time, experiment.network.names, variables, attributes, main.qpos)
 
 
 def versions() -> dict[str, str]:
@@ -205,7 +207,7 @@ def versions() -> dict[str, str]:
     return {"python": platform.python_version()} | {name: importlib.metadata.version(name) for name in _VERSIONED}
 
 
-def _fresh_folder(name: str) -> Path:
+def fresh_folder(name: str) -> Path:
     """Makes and returns `runs/<name>-<n>` with the first free n; two runs at once get two folders."""
     parent = Path("runs")
     parent.mkdir(exist_ok=True)
