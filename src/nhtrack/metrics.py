@@ -79,8 +79,8 @@ def summary(recording: Recording) -> dict[str, Any]:
     """Returns the figures of a run as a tree of plain numbers and names, ready for JSON; unknown figures are None.
 
     Positions in metres, headings in radians, loads in newtons, times in seconds on the robot's clock. An infinite
-    utilisation, of a wheel that carries no load, is None like any figure that is not known. *Late* means the worst over the
-    last 15 % of the run.
+    utilisation, of a wheel that carries no load, is None like any figure that is not known. *Late* means the worst over
+    the last 15 % of the run.
     """
     separation = smallest_separation(recording)
     return {

@@ -34,7 +34,7 @@ def recording(robots: tuple[str, ...] = ROBOTS, time: np.ndarray = TIME, **chang
     error[:, 0] = np.nan
     variables: dict[str, np.ndarray] = {"pose": nowhere, "ideal_pose": nowhere, "error": error}
     variables |= {name: np.zeros(shape) for name in ("lateral_slip", "tilt")}
-    wheels = ("friction_utilisation", "friction_utilisation_predicted", "torque_saturation")
+    wheels = ("friction_utilisation", "friction_utilisation_predicted", "torque_saturation", "wheel_load")
     variables |= {name: np.zeros((*shape, 2)) for name in wheels}
     parents = {name: [] if name == robots[0] else [robots[0]] for name in robots}
     attributes: dict[str, Any] = {
@@ -213,6 +213,7 @@ def test_summary_of_a_robot() -> None:
             "gap_heading_max": 0.3,
             "peak_utilisation": 0.6,
             "peak_utilisation_predicted": 0.3,
+            "smallest_wheel_load": 0.0,
             "peak_lateral_slip": 0.0,
             "torque_saturation_share": (1.0 + 0.6) / 21,
         },
@@ -237,8 +238,12 @@ def test_summary_of_a_lifted_wheel_is_json() -> None:
     """An infinite utilisation has no JSON number."""
     wheels = np.zeros((21, 2, 2))
     wheels[3, 1, 0] = np.inf
-    told = summary(recording(friction_utilisation=wheels))
+    loads = np.full((21, 2, 2), 2.5)
+    loads[0], loads[3, 1, 0] = np.nan, -0.1  # nothing is known before the first step
+    told = summary(recording(friction_utilisation=wheels, wheel_load=loads))
     assert told["robots"]["follower"]["peak_utilisation"] is None
+    assert told["robots"]["follower"]["smallest_wheel_load"] == -0.1
+    assert told["robots"]["leader"]["smallest_wheel_load"] == 2.5
     assert json.loads(json.dumps(told, allow_nan=False)) == json.loads(json.dumps(told))
 
 
