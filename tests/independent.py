@@ -94,7 +94,9 @@ class PaperLaw:
         q_x, q_y = exponential_coordinates(theta, g_01[:2, 2])
         beta = -arctan(q_y, q_x, self.dead_zone_length)
         if self.stabiliser:
-            u = -self.kp * np.array([theta + self.k * beta, q_x]) - self.kd * np.array([follower[4], follower[3]])
+            u = -self.kp * np.array([theta + self.k * beta, q_x]) - self.kd * np.array(
+                [follower[4], follower[3]]
+            )
             return u[::-1]
         xi_0, xi_1 = hat(*twist), hat(follower[4], follower[3], 0.0)
         xi_01 = xi_1 - np.linalg.inv(g_01) @ xi_0 @ g_01
@@ -132,8 +134,8 @@ def integrate(robots: np.ndarray, u: np.ndarray, dt: float) -> np.ndarray:
 def jet(g: np.ndarray, xi: np.ndarray, u: np.ndarray) -> np.ndarray:
     """A motion to second order in time, a 9x9 matrix.
 
-    [[g, g', g''/2], [0, g, g'], [0, 0, g]]: such matrices multiply, invert and have exponentials and logarithms as power
-    series in t do, so that what is written for poses differentiates itself. `xi` and `u` are (omega, x, y) in the body.
+    [[g, g', g''/2], [0, g, g'], [0, 0, g]]: such matrices multiply, invert and have exponentials and logarithms as
+    power series in t do, so that what is written for poses differentiates itself. `xi` and `u` are (omega, x, y).
     """
     first = g @ hat(*xi)
     second = (first @ hat(*xi) + g @ hat(*u)) / 2
@@ -158,8 +160,9 @@ def folded(parents: list[Motion], weights: list[float], exact: bool) -> Motion:
     for weight, (g_next, xi_next, u_next) in zip(weights, parents[1:], strict=True):
         g = g @ expm(weight * np.real(logm(np.linalg.solve(g, g_next))))
         xi, u = (1 - weight) * xi + weight * xi_next, (1 - weight) * u + weight * u_next
-        between = np.linalg.solve(series, jet(g_next, xi_next, u_next))
-        series = series @ expm(weight * np.real(logm(between)))
+        if exact:
+            between = np.linalg.solve(series, jet(g_next, xi_next, u_next))
+            series = series @ expm(weight * np.real(logm(between)))
     return motion(series) if exact else (g, xi, u)
 
 

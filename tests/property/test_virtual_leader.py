@@ -81,7 +81,9 @@ def ahead(motion: Motion, relative: np.ndarray, other: Motion) -> Motion:
 
 
 near_antipode = st.one_of(
-    draw.log_uniform(1e-12, 0.2).map(lambda gap: PI - gap), st.just(PI), draw.log_uniform(1e-12, 0.2).map(lambda g: PI + g)
+    st.just(PI),
+    draw.log_uniform(1e-12, 0.2).map(lambda gap: PI - gap),
+    draw.log_uniform(1e-12, 0.2).map(lambda gap: PI + gap),
 )
 relative_poses = st.tuples(
     st.floats(-5.0, 5.0), st.floats(-5.0, 5.0), draw.either_sign(st.one_of(near_antipode, st.floats(0.0, PI)))
@@ -215,9 +217,9 @@ def test_printed_twist_at_its_worst_is_wrong_by_one_and_a_half_metres_a_second()
 def test_defect_of_the_printed_twist_in_closed_form(
     first: Motion, second: Motion, relative: np.ndarray, share: float
 ) -> None:
-    """`A (e^{-i lambda theta} - 1 - lambda (e^{-i theta} - 1))`, A = (Delta v - Delta omega q/theta)/(e^{-i theta} - 1).
+    """`D (e^{-i lambda theta} - 1 - lambda (e^{-i theta} - 1))/(e^{-i theta} - 1)`, D = dv - domega q/theta.
 
-    In complex numbers v_x + i v_y; of size |A (e^{-i theta} - 1)| tan(|theta|/4)/2 at lambda = 1/2 (docs/theory.md).
+    In complex numbers v_x + i v_y; of size |D| tan(|theta|/4)/2 at lambda = 1/2 (docs/theory.md).
     """
     relative = relative * np.array([1.0, 1.0, 0.99])
     relative[2] = math.copysign(max(abs(relative[2]), 0.1), relative[2])

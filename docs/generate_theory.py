@@ -1,0 +1,346 @@
+"""Writes the table and the figures of docs/theory.md anew; takes a few minutes.
+
+Run as `python docs/generate_theory.py`.
+"""
+
+from __future__ import annotations
+
+import itertools
+import re
+from collections.abc import Callable
+from dataclasses import dataclass
+from math import pi
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from matplotlib.figure import Figure
+from matplotlib.patches import Polygon
+from rich.progress import track
+
+from nhtrack import se2
+from nhtrack.control import Leader, Published, Robots
+from nhtrack.control.virtual_leader import fold
+from nhtrack.plots.style import INK, panel_title, styled
+from nhtrack.simulation.kinematics import Kinematics
+from nhtrack.simulation.state import State
+
+DOCS = Path(__file__).parent
+PAGE = DOCS / "theory.md"
+FIGURES = DOCS / "figures"
+
+RATE = 50.0  # [Hz]
+DURATION = 80.0  # [s]
+LATE = 0.2  # share of the time over which errors count
+STARTS = 200  # of every family
+POSITION, HEADING = 0.01, 0.01  # [m], [rad]: at most so much in the late part counts as converged
+DEAD_ZONE = 1e-9
+
+ABOVE = {"kp": 4.0, "kd": 6.0, "ke": 2.0, "k": 7.0}  # k_eff = 4.7
+BELOW = {"kp": 4.0, "kd": 6.0, "ke": 2.0, "k": 2.25}  # k_eff = 1.5
+
+BLUE, ORANGE, GREEN, GREY = "#0072B2", "#D55E00", "#009E73", "#8A8A8A"
+
+
+# -- reference families -----------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Family:
+    """A leader's motion at the scale of 1 m/s.
+
+    Attributes:
+        name: what it is called.
+        u_x: acceleration [m/s^2] of times [s].
+        u_theta: acceleration [rad/s^2] of times.
+        twist: speed [m/s] and turning rate [rad/s] to start with.
+    """
+
+    name: str
+    u_x: Callable[[np.ndarray], np.ndarray]
+    u_theta: Callable[[np.ndarray], np.ndarray]
+    twist: tuple[float, float] = (0.0, 0.0)
+
+
+def piece(value: float, begin: float, end: float) -> Callable[[np.ndarray], np.ndarray]:
+    """Returns a signal that is `value` on [begin, end) and 0 elsewhere."""
+    return lambda t: np.where((t >= begin) & (t < end), value, 0.0)
+
+
+def nothing(t: np.ndarray) -> np.ndarray:
+    """Returns zeros."""
+    return np.zeros_like(t)
+
+
+def decay(t: np.ndarray) -> np.ndarray:
+    """Returns the derivative of 1/(1 + t)."""
+    return -1.0 / (1.0 + t) ** 2
+
+
+def pushes(value: float, begin: float, back: float, length: float) -> Callable[[np.ndarray], np.ndarray]:
+    """Returns a push of a length [s] at `begin` and one against it at `back`."""
+    return lambda t: piece(value, begin, begin + length)(t) - piece(value, back, back + length)(t)
+
+
+FAMILIES = (
+    Family("rest", nothing, nothing),
+    Family("line", piece(0.5, 0, 2), nothing),
+    Family("circle", piece(0.5, 0, 2), piece(0.5, 0, 1)),
+    Family("sinus", piece(0.5, 0, 2), lambda t: 0.3 * np.cos(0.5 * t)),
+    Family("stop-and-go", lambda t: 0.5 * np.sign(np.sin(2 * pi * t / 20)), lambda t: 0.2 * np.cos(0.4 * t)),
+    Family("forward-reverse", lambda t: 0.5 * np.cos(2 * pi * t / 20), lambda t: 0.1 * np.cos(0.4 * t)),
+    Family("park", pushes(0.5, 0, 20, 2), pushes(0.3, 0, 19, 1)),
+    Family("spin", nothing, piece(0.5, 0, 1)),
+    Family("slow decay", decay, decay, (1.0, 1.0)),
+)
+
+
+# -- closed loops -----------------------------------------------------------------------------------
+
+
+class Motion(NamedTuple):
+    """What pairs of leader and follower did.
+
+    Attributes:
+        error: follower seen from its leader, heading wrapped, shape (t, b, 3).
+        lost: which followers ran away, shape (b,).
+    """
+
+    error: np.ndarray
+    lost: np.ndarray
+
+
+def starts(count: int, seed: int) -> tuple[np.ndarray, np.ndarray]:
+    """Returns poses in a disc of 10 m, any heading, and twists |v| <= 1, |omega| <= 1, shapes (count, 3)."""
+    rng = np.random.default_rng(seed)
+    radius, bearing = 10 * np.sqrt(rng.uniform(0, 1, count)), rng.uniform(-pi, pi, count)
+    g = np.stack([radius * np.cos(bearing), radius * np.sin(bearing), rng.uniform(-pi, pi, count)], axis=-1)
+    return g, rng.uniform(-1, 1, (count, 3)) * [1, 0, 1]
+
+
+def chase(
+    law: Published, families: tuple[Family, ...], g: np.ndarray, xi: np.ndarray, kept: float = LATE, rate: float = RATE
+) -> Motion:
+    """Returns the motion of one pair a family, followers from `g` and `xi` (b, 3), over the last share of the time."""
+    periods = round(DURATION * rate)
+    t = (np.arange(periods) / rate)[:, None]
+    distinct = {family.name: np.concatenate([family.u_x(t), family.u_theta(t)], axis=1) for family in families}
+    inputs = np.stack([distinct[family.name] for family in families], axis=1)
+    poses, twists = np.zeros((2, len(g), 2, 3))
+    poses[:, 1], twists[:, 1] = g, xi
+    twists[:, 0, 0], twists[:, 0, 2] = np.array([family.twist for family in families]).T
+    simulation = Kinematics(("leader", "follower"), 1 / rate)
+    state, memory, errors = simulation.reset(State(0.0, poses, twists)), None, []
+    for k, u_0 in enumerate(inputs):
+        follower = Robots(state.g[:, 1], state.xi[:, 1])
+        leader = Leader(state.g[:, 0], state.xi[:, 0], np.insert(u_0, 1, 0.0, axis=-1))
+        memory = law.init(follower, leader) if memory is None else memory
+        u, memory = law(follower, leader, memory)
+        if k >= round((1 - kept) * periods):
+            error = se2.between(leader.g, follower.g)
+            errors.append(np.concatenate([error[:, :2], se2.wrap(error[:, 2:])], axis=-1))
+        state = simulation.step(np.stack([u_0, u], axis=-2))
+    return Motion(np.array(errors), simulation.lost)
+
+
+def tracking_law(gains: dict[str, Any], variant: str, dead_zone: float = DEAD_ZONE) -> Published:
+    """Returns the law of Theorem 1; a gain may be an array, one value a pair."""
+    options: Any = {"variant": variant, "dead_zone_length": dead_zone, "dead_zone_speed": dead_zone}
+    return Published(**gains, **options)
+
+
+def worst(motion: Motion) -> tuple[np.ndarray, np.ndarray]:
+    """Returns the largest position [m] and heading [rad] errors of each pair, shapes (b,)."""
+    position = np.hypot(motion.error[..., 0], motion.error[..., 1]).max(axis=0)
+    return np.where(motion.lost, np.inf, position), np.abs(motion.error[..., 2]).max(axis=0)
+
+
+def median(values: np.ndarray, unit: float = 1.0) -> str:
+    """Returns the median for a table, in words where it is nothing."""
+    value = float(np.median(values)) / unit
+    return "< 0.001" if value < 5e-4 else f"{value:.3f}" if value < 1 else f"{value:.1f}"
+
+
+def convergence() -> str:
+    """Returns the table of Theorem 1: shares that converge and what is left, per family, variant and side."""
+    g, xi = (np.tile(array, (len(FAMILIES), 1)) for array in starts(STARTS, 2024))
+    families = tuple(family for family in FAMILIES for _ in range(STARTS))
+    cells: dict[str, list[str]] = {family.name: [] for family in FAMILIES}
+    heads = []
+    cases = [(v, side, gains) for v in ("published", "full") for side, gains in (("above", ABOVE), ("below", BELOW))]
+    for variant, side, gains in track(cases, "table"):
+        heads.append(f"{variant}, {side}")
+        position, heading = worst(chase(tracking_law(gains, variant), families, g, xi))
+        for i, family in enumerate(FAMILIES):
+            own = slice(i * STARTS, (i + 1) * STARTS)
+            good = (position[own] < POSITION) & (heading[own] < HEADING)
+            left = f"{median(position[own])} m, {median(heading[own])} rad"
+            cells[family.name].append(f"{100 * good.mean():.3g} % ({left})")
+    rows = [["reference", *heads], ["---"] * (1 + len(heads)), *([name, *values] for name, values in cells.items())]
+    return "\n".join(f"| {' | '.join(row)} |" for row in rows)
+
+
+# -- figures ----------------------------------------------------------------------------------------
+
+
+def arrow(x: float, y: float, theta: float, size: float, **style: Any) -> Polygon:
+    """Returns a robot drawn as a triangle that points along its heading."""
+    corners = np.array([[1.0, 0.0], [-0.6, 0.5], [-0.6, -0.5]]) * size
+    return Polygon(se2.act(np.array([x, y, theta]), corners), **style)
+
+
+@styled
+def limit_cycle() -> Figure:
+    """Returns the cycle that followers end on behind a leader on a line, seen from it, and their errors over time."""
+    g, xi = starts(40, 5)
+    line = FAMILIES[1]
+    motion = chase(tracking_law(ABOVE, "published"), (line,) * len(g), g, xi, kept=1.0, rate=100.0)
+    shown, last = 3, motion.error[-1000 :]
+    figure = Figure(figsize=(7.2, 3.0))
+    left, middle, right = figure.subplots(1, 3, width_ratios=(1.0, 1.0, 1.0))
+    for i, colour in zip(range(shown), (BLUE, ORANGE, GREEN), strict=True):
+        left.plot(motion.error[..., i, 0], motion.error[..., i, 1], color=colour, linewidth=0.9)
+        left.plot(*motion.error[0, i, :2], "o", color=colour, markersize=3.5)
+    left.add_patch(arrow(0, 0, 0, 1.0, color=INK, zorder=4))
+    left.set_aspect("equal", adjustable="datalim")
+    i = 0
+    middle.plot(last[:, i, 0], last[:, i, 1], color=BLUE, linewidth=0.9)
+    for k in range(0, len(last), 1 + len(last) // 13):
+        middle.add_patch(arrow(*last[k, i], 0.012, color=ORANGE, zorder=3, linewidth=0))
+    middle.plot(0, 0, "+", color=INK, markersize=9, markeredgewidth=1.5, zorder=4)
+    middle.set_aspect("equal", adjustable="datalim")
+    t = np.linspace(0, DURATION, len(motion.error))
+    window = 50
+    for values, colour, name in (
+        (np.hypot(motion.error[..., 0], motion.error[..., 1]), BLUE, "position [m]"),
+        (np.abs(motion.error[..., 2]), ORANGE, "heading [rad]"),
+    ):
+        peaks = values[: len(values) // window * window].reshape(-1, window, values.shape[1]).max(axis=1)
+        times = t[: len(peaks) * window : window]
+        right.fill_between(times, peaks.min(axis=1), peaks.max(axis=1), color=colour, alpha=0.2, linewidth=0)
+        right.plot(times, np.median(peaks, axis=1), color=colour, label=name)
+    right.set_yscale("log")
+    right.set_xlim(0, DURATION)
+    right.set_xlabel("time [s]")
+    right.legend(loc="upper right")
+    for axes, letter, text in (
+        (left, "a", "three starts"), (middle, "b", "the cycle that is left"), (right, "c", "errors of 40 starts"),
+    ):  # fmt: skip
+        panel_title(axes, letter, text)
+    for axes in (left, middle):
+        axes.set_xlabel("ahead of the leader [m]")
+        axes.set_ylabel("to its left [m]")
+    return figure
+
+
+@styled
+def heading_bound() -> Figure:
+    """Returns how many followers of a resting leader align over k_eff, and how far off the others stay."""
+    values = np.concatenate([np.arange(1.0, 1.8, 0.2), np.arange(1.8, 2.4, 0.05), np.arange(2.4, 5.01, 0.2)])
+    g, _ = starts(60, 9)
+    k_eff, poses = np.repeat(values, len(g)), np.tile(g, (len(values), 1))
+    gains = {"kp": 4.0, "kd": 4.0, "ke": 1.0, "k": k_eff * 5 / 4}
+    # without dead zone: within one beta counts as 0, which turns followers home from either side of the bound
+    law = tracking_law(gains, "published", dead_zone=0.0)
+    left = worst(chase(law, (FAMILIES[0],) * len(poses), poses, np.zeros_like(poses), kept=0.02))
+    position, heading = (each.reshape(len(values), -1) for each in left)
+    shares = np.mean(heading < 0.5, axis=1)
+    off, ends = (np.quantile(each, [0.1, 0.5, 0.9], axis=1).T for each in (heading, np.maximum(position, 1e-15)))
+    figure = Figure(figsize=(7.2, 2.7))
+    panels = figure.subplots(1, 3)
+    for axes, letter, text in zip(
+        panels, "abc",
+        ("share within 0.5 rad", "heading left [rad]", "position left [m]"),
+        strict=True,
+    ):  # fmt: skip
+        panel_title(axes, letter, text)
+        axes.axvline(2.0, color=GREY, linewidth=0.9, linestyle=(0, (4, 3)))
+        axes.set_xlabel("$k_\\mathrm{eff} = k\\, k_p/(k_p + k_e)$")
+        axes.set_xlim(values[0], values[-1])
+    panels[0].plot(values, shares, "o-", color=BLUE, markersize=3)
+    for axes, data in ((panels[1], off), (panels[2], ends)):
+        axes.fill_between(values, data[:, 0], data[:, 2], color=BLUE, alpha=0.2, linewidth=0)
+        axes.plot(values, data[:, 1], "o-", color=BLUE, markersize=3)
+    below = values[values <= 2.0]
+    panels[1].plot(below, below * pi / 2, color=ORANGE, linewidth=1.0, label="$k_\\mathrm{eff}\\, \\pi/2$")
+    panels[1].legend(loc="upper right")
+    panels[2].set_yscale("log")
+    return figure
+
+
+@styled
+def printed_twist() -> Figure:
+    """Returns the body velocity of a folded leader as printed and as it is, along lambda and over headings apart."""
+    figure = Figure(figsize=(7.2, 2.8))
+    left, right = figure.subplots(1, 2)
+    shares = np.linspace(0, 1, 201)
+    g = np.broadcast_to([0.3, 0.9, 2.6], (len(shares), 3))
+    twist_a, twist_b = np.array([0.8, 0.0, -0.6]), np.array([-0.2, 0.0, 0.7])
+    rest = np.zeros_like(g)
+    a, b = Leader(rest, rest + twist_a, rest), Leader(g, rest + twist_b, rest)
+    for combination, style in (("convex", {"linestyle": (0, (4, 2))}), ("exact", {})):
+        xi = fold(a, b, shares, combination, None)[0].xi  # type: ignore[arg-type]
+        for axis, colour, name in ((0, BLUE, "v_x"), (1, ORANGE, "v_y")):
+            label = f"${name}$ {'as printed' if combination == 'convex' else 'true'}"
+            left.plot(shares, xi[:, axis], color=colour, label=label, **style)
+    left.set_xlabel("$\\lambda$")
+    left.set_ylabel("body velocity [m/s]")
+    left.legend(ncols=1, loc="best")
+    defects = unit_defects()
+    apart = np.linspace(0, pi, 25)
+    middles, quantiles = (apart[1:] + apart[:-1]) / 2, []
+    for low, high in itertools.pairwise(apart):
+        chosen = defects[1][(defects[0] >= low) & (defects[0] < high)]
+        quantiles.append([*np.quantile(chosen, [0.5, 0.9]), chosen.max()])
+    for column, colour, name in ((2, ORANGE, "worst of 400 000"), (1, GREEN, "nine in ten below"), (0, BLUE, "median")):
+        right.plot(middles, np.array(quantiles)[:, column], color=colour, label=name)
+    theta = np.linspace(1e-3, pi, 200)
+    reach = (theta / 2) / np.sin(theta / 2)  # |q| of parents 1 m apart
+    bound = (1 + reach / theta) * np.tan(theta / 4)
+    right.plot(theta, bound, color=GREY, linestyle=(0, (4, 3)), label="bound of the closed form", zorder=1)
+    right.set_xlabel("headings apart [rad]")
+    right.set_ylabel("defect at $\\lambda = 1/2$ [m/s]")
+    right.legend(loc="upper left")
+    panel_title(left, "a", "one pair of parents")
+    panel_title(right, "b", "pairs at most 1 m apart, $|v|, |\\omega| \\leq 1$")
+    return figure
+
+
+def unit_defects(count: int = 400_000) -> tuple[np.ndarray, np.ndarray]:
+    """Returns headings apart [rad] and the size of true less printed velocity at lambda = 1/2 [m/s]."""
+    rng = np.random.default_rng(7)
+    radius, bearing, theta = np.sqrt(rng.uniform(0, 1, count)), *rng.uniform(-pi, pi, (2, count))
+    g = np.stack([radius * np.cos(bearing), radius * np.sin(bearing), theta], axis=-1)
+    xi = rng.uniform(-1, 1, (2, count, 3)) * [1, 0, 1]
+    rest = np.zeros_like(g)
+    a, b, half = Leader(rest, xi[0], rest), Leader(g, xi[1], rest), np.full(count, 0.5)
+    gap = fold(a, b, half, "exact", None)[0].xi - fold(a, b, half, "convex", None)[0].xi
+    return np.abs(theta), np.hypot(gap[:, 0], gap[:, 1])
+
+
+# -- the page ---------------------------------------------------------------------------------------
+
+
+def fill(text: str, marker: str, content: str) -> str:
+    """Returns the page with what stands between two markers replaced.
+
+    Raises:
+        ValueError: the page lacks the markers.
+    """
+    begin, end = f"<!-- begin: {marker} -->", f"<!-- end: {marker} -->"
+    pattern = re.compile(re.escape(begin) + ".*?" + re.escape(end), re.DOTALL)
+    if len(pattern.findall(text)) != 1:
+        raise ValueError(f"{PAGE.name}: expected one {begin} ... {end}")
+    return pattern.sub(lambda _: f"{begin}\n{content}\n{end}", text)
+
+
+def main() -> None:
+    """Writes the page and its figures."""
+    FIGURES.mkdir(exist_ok=True)
+    for draw in (limit_cycle, heading_bound, printed_twist):
+        draw().savefig(FIGURES / f"theory_{draw.__name__}.png", dpi=150)
+    PAGE.write_text(fill(PAGE.read_text(encoding="utf-8"), "theorem 1", convergence()), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
