@@ -37,7 +37,7 @@ def errors(recording: Recording) -> Figure:
     (-pi, pi] [rad]; the gap is between MuJoCo's pose and the ideal twin's at the same time, in the unit that suits it.
     """
     time, error = recording.time, recording["error"].values[:, 1:]
-    distance, heading = np.hypot(error[..., 0], error[..., 1]), error[..., 2]
+    distance, heading = np.hypot(error[..., 0], error[..., 1]), _broken_at_antipode(error[..., 2])
     gap = _gap(recording)
     rows = 2 if gap is None else 3
     figure = Figure(figsize=(8.4, 2.1 * rows + 1.0))
@@ -131,6 +131,12 @@ def slip(recording: Recording) -> Figure:
     predicted = Line2D([], [], color=INK, label="largest predicted", **_DASHED | {"linewidth": 0.7})
     extra = [predicted] if "friction_utilisation_predicted" in recording.dataset else []
     return _finish(figure, panels, recording, extra)
+
+
+def _broken_at_antipode(heading: np.ndarray) -> np.ndarray:
+    """Returns headings with a gap where they pass from pi to -pi or back, so that no line is drawn across."""
+    jumps = np.abs(np.diff(heading, axis=0, prepend=heading[:1])) > np.pi
+    return np.where(jumps, np.nan, heading)
 
 
 def _drawer(recording: Recording, places: range) -> Any:
