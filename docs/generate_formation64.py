@@ -60,14 +60,7 @@ formation: printed
 # what a robot's steering does is fed forward to those behind it, and with gains above the bound the limit
 # cycle of each level shakes the next one harder, until the last levels are lost. With these a place is kept
 # to within the dead zone.
-law:
-  name: published
-  variant: published
-  kp: 0.94
-  kd: 2.2
-  ke: 0.33
-  k: 0.18
-  dead_zone: {length: 0.045}                     # [m]
+law: {name: published, variant: published, kp: 0.94, kd: 2.2, ke: 0.33, k: 0.18, dead_zone: {length: 0.045}}
 """
 
 

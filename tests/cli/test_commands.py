@@ -55,7 +55,7 @@ def test_the_package_lends_its_names_when_asked() -> None:
 def test_version_and_help() -> None:
     assert invoke("--version").stdout == f"nhtrack {nhtrack.__version__}\n"
     listed = invoke("--help").stdout
-    for command in ("run", "validate", "schema", "init", "render", "list", "doctor"):
+    for command in ("run", "validate", "schema", "init", "render", "list", "doctor", "paper"):
         assert f" {command} " in listed
         assert invoke(command, "--help").exit_code == 0
 
@@ -89,7 +89,9 @@ def test_a_wrong_command_line_exits_2(arguments: tuple[str, ...], tmp_path: Path
 
 @pytest.mark.parametrize("name", assets.bundled_scenarios())
 def test_bundled_scenarios_are_valid_by_name_and_by_file(name: str) -> None:
-    assert invoke("validate", name).stdout.startswith(f"{name}: ok (1 follower, ")
+    followers = len(load(name).followers)
+    count = "1 follower, " if followers == 1 else f"{followers} followers, "
+    assert invoke("validate", name).stdout.startswith(f"{name}: ok ({count}")
     assert invoke("validate", assets.find_scenario(name)).exit_code == 0
 
 

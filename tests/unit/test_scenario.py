@@ -77,13 +77,15 @@ def test_every_bundled_scenario_loads_says_what_it_is_and_comes_back_from_json(n
 
 
 @pytest.mark.parametrize("name", [name for name in assets.bundled_scenarios() if name.startswith("paper/")])
-def test_the_paper_s_followers_start_one_to_three_metres_away_on_the_table(name: str) -> None:
+def test_the_paper_s_farthest_follower_starts_one_to_three_metres_away_on_the_table(name: str) -> None:
     scenario = load(name)
-    leader, follower = scenario.leader.start.pose, scenario.followers[0].start.pose
-    assert 1 <= scenario.similarity.length * math.dist(leader[:2], follower[:2]) <= 3
+    leader = scenario.leader.start.pose
+    farthest = max(math.dist(leader[:2], follower.start.pose[:2]) for follower in scenario.followers)
+    assert 1 <= scenario.similarity.length * farthest <= 3
 
 
-@pytest.mark.parametrize("name", assets.bundled_scenarios())
+# A stress scenario may leave them on purpose; it says why beside its gains.
+@pytest.mark.parametrize("name", [name for name in assets.bundled_scenarios() if not name.startswith("stress/")])
 def test_bundled_gains_lie_above_the_bounds(name: str) -> None:
     law = load(name).law
     assert isinstance(law, PublishedLaw)
