@@ -1,4 +1,4 @@
-"""Writes the table and the figures of docs/theory.md anew; takes a few minutes.
+"""Writes the tables and the figures of docs/theory.md anew; takes a few minutes.
 
 Run as `python docs/generate_theory.py`.
 """
@@ -143,7 +143,7 @@ def chase(
     return Motion(np.array(errors), simulation.lost)
 
 
-def tracking_law(gains: dict[str, Any], variant: str, dead_zone: float = DEAD_ZONE) -> Published:
+def tracking_law(gains: dict[str, Any], variant: str, dead_zone: Any = DEAD_ZONE) -> Published:
     """Returns the law of Theorem 1; a gain may be an array, one value a pair."""
     options: Any = {"variant": variant, "dead_zone_length": dead_zone, "dead_zone_speed": dead_zone}
     return Published(**gains, **options)
@@ -177,6 +177,35 @@ def convergence() -> str:
             left = f"{median(position[own])} m, {median(heading[own])} rad"
             cells[family.name].append(f"{100 * good.mean():.3g} % ({left})")
     rows = [["reference", *heads], ["---"] * (1 + len(heads)), *([name, *values] for name, values in cells.items())]
+    return "\n".join(f"| {' | '.join(row)} |" for row in rows)
+
+
+def scaling() -> str:
+    """Returns the table of the cycle behind a leader on a line, over kp and the leader's speed."""
+    cases = [(4.0, 1.0), (16.0, 1.0), (64.0, 1.0), (4.0, 0.5)]
+    g, xi = starts(30, 4)
+    kp, speed = (np.repeat(column, len(g)) for column in zip(*cases, strict=True))
+    law = tracking_law({"kp": kp, "kd": 3 * np.sqrt(kp), "ke": kp / 2, "k": 7.0}, "published")
+    families = tuple(Family(f"{v}", nothing, nothing, (v, 0.0)) for v in speed)
+    motion = chase(law, families, np.tile(g, (4, 1)), np.tile(xi, (4, 1)), rate=200.0)
+    rows = [["kp [1/s^2]", "v_0 [m/s]", "position [m]", "heading [rad]", "position sqrt(kp)/v_0"], ["---"] * 5]
+    for (gain, v), r, a in zip(cases, *(each.reshape(4, -1) for each in worst(motion)), strict=True):
+        size = float(np.median(r))
+        rows.append([f"{gain:g}", f"{v:g}", f"{size:.4f}", f"{np.median(a):.3f}", f"{size * gain**0.5 / v:.3f}"])
+    return "\n".join(f"| {' | '.join(row)} |" for row in rows)
+
+
+def damping() -> str:
+    """Returns the table of a leader at rest about kd = 2 sqrt(kp), with and without dead zone."""
+    g, _ = starts(100, 3)
+    values, zones = (3.6, 3.8, 3.9, 4.0, 4.2), (0.0, 1e-9)
+    kd, zone = (np.repeat(each.ravel(), len(g)) for each in np.meshgrid(values, zones))
+    law = tracking_law({"kp": 4.0, "kd": kd, "ke": 0.0, "k": 3.0}, "published", zone)
+    poses = np.tile(g, (10, 1))
+    heading = worst(chase(law, (FAMILIES[0],) * len(kd), poses, np.zeros_like(poses), kept=0.02))[1]
+    shares = 100 * np.mean(heading.reshape(2, 5, -1) < 0.5, axis=-1)
+    rows = [["kd [1/s]", *(f"{value:g}" for value in values)], ["---"] * 6]
+    rows += [[f"dead zone {z:g} m", *(f"{x:.3g} %" for x in row)] for z, row in zip(zones, shares, strict=True)]
     return "\n".join(f"| {' | '.join(row)} |" for row in rows)
 
 
@@ -335,11 +364,14 @@ def fill(text: str, marker: str, content: str) -> str:
 
 
 def main() -> None:
-    """Writes the page and its figures."""
+    """Writes the page's tables and its figures."""
     FIGURES.mkdir(exist_ok=True)
     for draw in (limit_cycle, heading_bound, printed_twist):
         draw().savefig(FIGURES / f"theory_{draw.__name__}.png", dpi=150)
-    PAGE.write_text(fill(PAGE.read_text(encoding="utf-8"), "theorem 1", convergence()), encoding="utf-8")
+    text = PAGE.read_text(encoding="utf-8")
+    for marker, table in (("theorem 1", convergence), ("scaling", scaling), ("damping", damping)):
+        text = fill(text, marker, table())
+    PAGE.write_text(text, encoding="utf-8")
 
 
 if __name__ == "__main__":
