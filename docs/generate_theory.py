@@ -202,7 +202,7 @@ def damping() -> str:
     kd, zone = (np.repeat(each.ravel(), len(g)) for each in np.meshgrid(values, zones))
     law = tracking_law({"kp": 4.0, "kd": kd, "ke": 0.0, "k": 3.0}, "published", zone)
     poses = np.tile(g, (10, 1))
-    heading = worst(chase(law, (FAMILIES[0],) * len(kd), poses, np.zeros_like(poses), kept=0.02))[1]
+    heading = worst(chase(law, (FAMILIES[0],) * len(kd), poses, np.zeros_like(poses), kept=0.25))[1]
     shares = 100 * np.mean(heading.reshape(2, 5, -1) < 0.5, axis=-1)
     rows = [["kd [1/s]", *(f"{value:g}" for value in values)], ["---"] * 6]
     rows += [[f"dead zone {z:g} m", *(f"{x:.3g} %" for x in row)] for z, row in zip(zones, shares, strict=True)]
