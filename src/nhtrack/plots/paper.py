@@ -108,7 +108,7 @@ def panels(shown: Tracks, fractions: Sequence[float], title: str, shared_start: 
     frames = [shown.pose[: _rows(shown.time, fraction)] for fraction in fractions]
     shape = _shape(frames)
     width = 4.1 if columns > 1 else 5.6
-    figure = Figure(figsize=(width * columns, (0.88 * width * shape + 0.55) * rows + 1.0))
+    figure = Figure(figsize=(width * columns, (0.88 * width * shape + 0.6) * rows + 1.0))
     grid = figure.subplots(rows, columns, squeeze=False)
     for k, (axes, fraction, pose) in enumerate(zip(grid.flat, fractions, frames, strict=True)):
         frame_panel(axes, pose, shape)
@@ -178,6 +178,7 @@ def leader_motion(recording: Recording, title: str) -> Figure:
 def save_figure(figure: Figure, stem: Path, suffixes: Sequence[str] = (".png", ".pdf")) -> list[Path]:
     """Writes a figure as PNG (150 dpi) and PDF; the same figure gives the same bytes."""
     written = []
+    figure.draw_without_rendering()  # the layout settles in two passes: ticks depend on sizes, sizes on ticks
     for suffix in suffixes:
         target = stem.with_suffix(suffix)
         metadata = {"CreationDate": None} if suffix == ".pdf" else {"Software": None}
