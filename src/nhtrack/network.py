@@ -120,7 +120,7 @@ def weight_faults(
     for name, values in weights.items():
         expected = max(len(parents.get(name, ())) - 1, 0)
         if len(values) != expected:
-            message = f"expected {expected} weights, one fewer than the parents, got {len(values)}"
+            message = f"expected one weight fewer than parents, {expected} here, got {len(values)}"
             faults.append(NetworkFault(name, None, message))
         faults += [
             NetworkFault(name, None, f"expected weights from 0 to 1, got {value:g}")

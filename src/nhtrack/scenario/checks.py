@@ -164,7 +164,7 @@ def _network_findings(tree: Mapping[str, Any]) -> Iterator[Finding]:
         if isinstance(given, list) and _names(lookup(follower, ("parents",))):
             expected = len(parents[name]) - 1
             if len(given) != expected:
-                message = f"expected {expected} weights, one fewer than the parents, got {len(given)}"
+                message = f"expected one weight fewer than parents, {expected} here, got {len(given)}"
                 yield ("followers", i, "weights"), message
     # Where a name cannot be read, "no such robot" could blame the line that spells it right.
     every_name_known = all(isinstance(lookup(follower, ("name",)), str) for follower in followers)

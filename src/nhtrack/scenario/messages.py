@@ -10,7 +10,12 @@ from pydantic import ValidationError
 from nhtrack.errors import did_you_mean
 from nhtrack.scenario.tree import Path, lookup
 
-_COMPONENTS = {"pose": ("x", "y", "theta"), "twist": ("v", "omega"), "size": ("width", "height")}
+_COMPONENTS = {
+    "pose": ("x", "y", "theta"),
+    "twist": ("v", "omega"),
+    "offset": ("x", "y"),
+    "size": ("width", "height"),
+}
 _BOUNDS = {
     "greater_than": ("greater than", "gt"),
     "greater_than_equal": ("at least", "ge"),
