@@ -52,6 +52,9 @@ bench: $(DEV)  ## run every script in benchmarks/
 
 docs: $(DEV)  ## write the generated pages of docs/ anew
 	@$(BIN)/python -m nhtrack.scenario.documentation docs/scenario.md
+	@for script in $(sort $(wildcard docs/generate_*.py)); do $(BIN)/python "$$script" || exit 1; done
+	@$(BIN)/nhtrack paper --out $(VENV)/paper --no-pdf --force
+	@$(BIN)/nhtrack paper --from $(VENV)/paper --out docs --no-pdf --force
 
 clean:  ## remove .venv, caches and build products; runs/ stays
 	rm -rf $(VENV) build dist .pytest_cache .mypy_cache .ruff_cache .import_linter_cache .hypothesis

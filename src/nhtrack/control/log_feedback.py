@@ -1,4 +1,4 @@
-"""Fully actuated proportional-derivative feedback on SE(2), the paper's Lemma 5 (Bullo and Murray 1995, Theorem 6)."""
+"""Fully actuated proportional-derivative feedback on SE(2), the paper's Lemma 6 (Bullo and Murray 1995, Theorem 6)."""
 
 from __future__ import annotations
 
