@@ -1,0 +1,56 @@
+"""What the README shows works as it stands there."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from typer.main import get_command
+
+from nhtrack.cli.app import app
+from nhtrack.scenario.load import load_text
+
+README = (Path(__file__).parents[2] / "README.md").read_text(encoding="utf-8")
+
+
+def block(language: str) -> str:
+    """Returns the one block of a language in the README."""
+    (found,) = re.findall(rf"```{language}\n(.*?)```", README, re.DOTALL)
+    return str(found)
+
+
+def commands() -> list[list[str]]:
+    """Returns the arguments of every nhtrack command line in the README."""
+    lines = re.findall(r"\.venv/bin/nhtrack ([^#\n]*)", README)
+    return [line.split() for line in lines]
+
+
+def test_the_scenario_is_one() -> None:
+    assert load_text(block("yaml"), source="README.md").name == "meet"
+
+
+def test_every_command_exists_and_takes_these_options() -> None:
+    assert len(commands()) >= 8
+    available = get_command(app).commands  # type: ignore[attr-defined]
+    for name, *arguments in commands():
+        options = {option for each in available[name].params for option in each.opts + each.secondary_opts}
+        assert {word for word in arguments if word.startswith("--")} <= options, name
+
+
+def test_links_lead_somewhere() -> None:
+    root = Path(__file__).parents[2]
+    for target in re.findall(r"\]\(([^)#]+)\)", README):
+        assert target.startswith("http") or (root / target).exists(), target
+
+
+@pytest.mark.slow
+def test_the_python_example_runs(tmp_path: Path) -> None:
+    command = [sys.executable, "-c", block("python")]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=True)
+    distance, gap = (float(number) for number in re.findall(r"([\d.e-]+) m from", done.stdout))
+    assert distance < 0.01
+    assert gap < 1e-5
+    assert (tmp_path / "hello.nc").is_file()
