@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import TypeAlias
 
 import numpy as np
 
@@ -10,6 +11,8 @@ from nhtrack.arrays import Array
 from nhtrack.diffdrive import DiffDrive
 from nhtrack.errors import SimulationDiverged
 from nhtrack.simulation.state import State
+
+Motion: TypeAlias = tuple[Array, Array]  # body twists and accelerations
 
 # Gauss-Legendre nodes over a control period. Twelve are exact to rounding while a robot turns
 # less than pi per period; with eight, 4e-9 of the path is lost at pi.
@@ -66,13 +69,13 @@ class IdealSimulation:
         """Places the robots; see `Simulation.reset`."""
         require_rolling(state)
         self._state = State(state.t, np.array(state.g), np.array(state.xi))
-        self._u = np.zeros((*self._state.g.shape[:-1], 2))
+        self._u, self._xi_before = np.zeros((*self._state.g.shape[:-1], 2)), self._state.xi
         self._start, self._periods = state.t, 0
         return self._copy()
 
     def step(self, u: Array) -> State:
         """Advances one period by the exact flow; see `Simulation.step`."""
-        self._u = np.array(u, dtype=float)
+        self._u, self._xi_before = np.array(u, dtype=float), self._state.xi
         require_finite_command(self._u, self.names, self._state.t)
         g, xi = propagate(self._state.g, self._state.xi, self._u, self.dt)
         self._periods += 1
@@ -86,7 +89,9 @@ class IdealSimulation:
         motion = (v, omega, self._u[..., 0], self._u[..., 1])
         torque = self.drive.wheel_torques(*motion)
         speed = self.drive.wheel_speeds(v, omega)
-        predicted = self.drive.friction_utilisation(*motion, self.friction)
+        predicted = predicted_utilisation(
+            self.drive, (self._xi_before, self._u), (self._state.xi, self._u), self.friction
+        )
         return {
             "wheel_torque": torque,
             "wheel_torque_demand": torque.copy(),
@@ -102,6 +107,21 @@ class IdealSimulation:
 
     def _copy(self) -> State:
         return State(self._state.t, self._state.g.copy(), self._state.xi.copy())
+
+
+def predicted_utilisation(drive: DiffDrive, start: Motion, end: Motion, friction: float) -> Array:
+    """Returns the larger predicted utilisation of each wheel at the two ends of a period, shape (..., n, 2).
+
+    Args:
+        drive: the robots' reduced model.
+        start: body twists, shape (..., n, 3), and accelerations, shape (..., n, 2), as the period begins.
+        end: the same as it ends.
+        friction: coefficient it is measured against.
+    """
+    ends = [
+        drive.friction_utilisation(xi[..., 0], xi[..., 2], u[..., 0], u[..., 1], friction) for xi, u in (start, end)
+    ]
+    return np.maximum(*ends)
 
 
 def require_rolling(state: State) -> None:

@@ -23,7 +23,13 @@ from mujoco import batch as mujoco_batch
 from nhtrack.arrays import Array
 from nhtrack.diffdrive.reduced_model import utilisation
 from nhtrack.errors import SimulationDiverged
-from nhtrack.simulation.ideal import propagate, require_finite, require_finite_command, require_rolling
+from nhtrack.simulation.ideal import (
+    predicted_utilisation,
+    propagate,
+    require_finite,
+    require_finite_command,
+    require_rolling,
+)
 from nhtrack.simulation.scene import Scene
 from nhtrack.simulation.state import State
 
@@ -80,9 +86,11 @@ class MujocoSimulation:
         earlier = g - self._h / 2 * xi * np.array([0, 0, 1])
         self._qvel[:] = self.scene.qvel_of(earlier, xi)
         self._place_marker()
+        self._xi_before = self._xi.copy()
         self._velocity, self._omega = xi[..., 0] + 0j, xi[..., 2].copy()
         self._velocity_before, self._omega_before = self._velocity, self._omega
         self._u, self._u_root = np.zeros((*g.shape[:-1], 2)), np.zeros((len(g), 1, 2))
+        self._u_straddling = self._u
         self._terms = np.zeros((*g.shape[:-1], 4))
         self._clear_log(np.nan)  # before the first step nothing is known of forces
         return self._state()
@@ -93,7 +101,8 @@ class MujocoSimulation:
         require_finite_command(command, self.names, self.time)
         u, self._u_root = command[:, self._bodies], command[:, :1]
         self._clear_log()
-        self._physics_step(0, (self._u + u) / 2)
+        self._u_straddling = (self._u + u) / 2  # the first step begins half a step before the command
+        self._physics_step(0, self._u_straddling)
         for k in range(1, self.substeps):
             self._physics_step(k, u)
         self._u, self._periods = u, self._periods + 1
@@ -117,8 +126,8 @@ class MujocoSimulation:
         """Returns what the wheels did in the last period; see `Simulation.telemetry`."""
         drive, friction = self.drive, self.scene.spec.friction
         wheel_speed = self._qvel[:, self.scene.addresses.wheel_qvel]
-        xi = self._xi[:, self._bodies]
-        motion = (xi[..., 0], xi[..., 2], self._u[..., 0], self._u[..., 1])
+        start = (self._xi_before[:, self._bodies], self._u_straddling)
+        end = (self._xi[:, self._bodies], self._u)
         force = -self._sensor_log[:, :, self.scene.addresses.forces]  # of the floor on the tyres, world frame
         used = utilisation(np.hypot(force[..., 0], force[..., 1]), friction * np.maximum(force[..., 2], 0))
         rolling = drive.wheel_speeds(self._velocity.real, self._omega)
@@ -131,7 +140,7 @@ class MujocoSimulation:
             "longitudinal_slip": drive.wheel_radius * (rolling - wheel_speed),
             "lateral_slip": self._velocity.imag,
             "friction_utilisation": used.max(axis=0),
-            "friction_utilisation_predicted": drive.friction_utilisation(*motion, friction),
+            "friction_utilisation_predicted": predicted_utilisation(drive, start, end, friction),
             "tilt": self._tilt(),
         })  # fmt: skip
 
@@ -180,6 +189,7 @@ class MujocoSimulation:
         expected = self._g[:, self._bodies, 2] + self.dt * omega
         yaw = self._yaw()
         heading = yaw + 2 * np.pi * np.round((expected - yaw) / (2 * np.pi))
+        self._xi_before = self._xi.copy()
         self._g[:, self._bodies] = np.stack([self._q[..., 0], self._q[..., 1], heading], axis=-1)
         self._xi[:, self._bodies] = np.stack([velocity.real, velocity.imag, omega], axis=-1)
 
