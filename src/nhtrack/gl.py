@@ -68,6 +68,9 @@ class Context(Protocol):
         ...
 
 
+WITHHELD = "NHTRACK_GL"  # where `withhold` keeps what the user put into MUJOCO_GL
+
+
 @dataclass(frozen=True)
 class Probe:
     """What became of one attempt to draw.
@@ -121,7 +124,7 @@ def find_backend() -> Probe:
         RenderError: nothing draws, rendering is switched off, or MUJOCO_GL names no backend; the message
             says what to do.
     """
-    asked = os.environ.get("MUJOCO_GL", "").strip().lower()
+    asked = os.environ.get(WITHHELD, os.environ.get("MUJOCO_GL", "")).strip().lower()
     if asked in _OFF:
         raise RenderError(f"MUJOCO_GL={asked} switches rendering off; unset it to draw pictures")
     candidates = CANDIDATES if asked in _ANY else (_WINDOWED.get(asked, asked),)
@@ -135,6 +138,16 @@ def find_backend() -> Probe:
             return attempt
         attempts.append(attempt)
     raise RenderError(_complaint(asked not in _ANY, attempts))
+
+
+def withhold() -> None:
+    """Moves the user's MUJOCO_GL out of MuJoCo's sight until a picture is asked for.
+
+    MuJoCo cannot even be imported where MUJOCO_GL names a backend that is not installed; a run needs no pictures.
+    """
+    if "MUJOCO_GL" in os.environ:
+        os.environ[WITHHELD] = os.environ["MUJOCO_GL"]
+        os.environ["MUJOCO_GL"] = "disable"
 
 
 def choose_backend() -> str:

@@ -11,6 +11,7 @@ from scipy.spatial.distance import pdist
 from nhtrack.recording import Recording
 
 LATE = 0.15  # share of the run, at its end, that counts as late
+AT_LIMIT = 0.99  # friction utilisation from which a wheel counts as sliding
 SETTLED = 0.05  # share of the largest error within which a follower counts as settled
 
 
@@ -73,6 +74,24 @@ def smallest_separation(recording: Recording) -> Separation | None:
     distances = np.array([pdist(row) for row in positions])
     row, pair = np.unravel_index(distances.argmin(), distances.shape)
     return Separation(float(distances[row, pair]), pairs[pair], float(recording.time[row]))
+
+
+def slides(recording: Recording) -> tuple[str, ...]:
+    """Returns a sentence for every robot on wheels that slid: for how long, since when, how fast.
+
+    A robot slides while a wheel uses at least 99 % of the friction it has.
+    """
+    if recording.backend != "mujoco":
+        return ()
+    at_limit = np.any(recording["friction_utilisation"].values >= AT_LIMIT, axis=-1)
+    aside, ahead = np.abs(recording["lateral_slip"].values), np.abs(recording["longitudinal_slip"].values).max(axis=-1)
+    speed, period = np.fmax(aside, ahead), np.median(np.diff(recording.time))
+    return tuple(
+        f"{name} slid: a wheel was at its friction limit for {rows.sum() * period:.2g} s, first at "
+        f"{recording.time[rows.argmax()]:.3g} s, sliding at up to {speed[rows, i].max():.2g} m/s"
+        for i, name in enumerate(recording.robots)
+        if (rows := at_limit[:, i]).any()
+    )
 
 
 def summary(recording: Recording) -> dict[str, Any]:

@@ -171,7 +171,8 @@ class Recording:
         with atomic_path(target) as temporary:
             data = self.dataset.data_vars
             encoding = {name: {"zlib": True, "complevel": 4} for name in data if data[name].size}
-            self.dataset.to_netcdf(temporary, engine="h5netcdf", encoding=encoding)
+            # By way of memory: HDF5 does not survive a disk that fills up while it writes.
+            temporary.write_bytes(self.dataset.to_netcdf(engine="h5netcdf", encoding=encoding))
         return target
 
     @classmethod
@@ -220,7 +221,11 @@ class atomic_path:  # noqa: N801 - reads as a function in a with statement
             umask = os.umask(0)
             os.umask(umask)
             self._temporary.chmod(0o666 & ~umask)  # mkstemp makes files private; a result is an ordinary file
-            os.replace(self._temporary, self._target)
+            try:
+                os.replace(self._temporary, self._target)
+            except OSError:
+                self._temporary.unlink(missing_ok=True)
+                raise
         else:
             self._temporary.unlink(missing_ok=True)
 

@@ -55,6 +55,7 @@ class Rollout:
     interrupted: bool = False
 
 
+@np.errstate(over="ignore", invalid="ignore")  # a run that diverges says so itself, with robot and time
 def rollout(
     simulation: Simulation,
     law: Law,

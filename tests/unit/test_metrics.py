@@ -18,6 +18,7 @@ from nhtrack.metrics import (
     position_error,
     position_gap,
     settling_times,
+    slides,
     smallest_separation,
     summary,
 )
@@ -35,7 +36,7 @@ def recording(robots: tuple[str, ...] = ROBOTS, time: np.ndarray = TIME, **chang
     variables: dict[str, np.ndarray] = {"pose": nowhere, "ideal_pose": nowhere, "error": error}
     variables |= {name: np.zeros(shape) for name in ("lateral_slip", "tilt")}
     wheels = ("friction_utilisation", "friction_utilisation_predicted", "torque_saturation", "wheel_load")
-    variables |= {name: np.zeros((*shape, 2)) for name in wheels}
+    variables |= {name: np.zeros((*shape, 2)) for name in (*wheels, "longitudinal_slip")}
     parents = {name: [] if name == robots[0] else [robots[0]] for name in robots}
     attributes: dict[str, Any] = {
         "name": "by hand",
@@ -255,3 +256,15 @@ def test_summary_of_a_run_that_never_began() -> None:
     assert told["followers"]["follower"]["late_position_error"] == 5.0
     assert told["followers"]["follower"]["settling_time"] is None
     assert told["robots"]["follower"]["path_length"] == 0.0
+
+
+def test_a_robot_that_slides_is_told() -> None:
+    """Three periods of a twentieth at the limit, one of them without load; the leader only comes near it."""
+    used, aside, ahead = np.zeros((21, 2, 2)), np.zeros((21, 2)), np.zeros((21, 2, 2))
+    used[:, 0], used[4:6, 1, 0], used[7, 1, 1] = 0.98, 1.0, np.inf
+    aside[5, 1], ahead[4, 1, 1], ahead[10, 1, 1] = 0.2, -0.3, 5.0
+    told = slides(recording(friction_utilisation=used, lateral_slip=aside, longitudinal_slip=ahead))
+    seconds, first = 3 * (TIME[1] - TIME[0]), TIME[4]
+    expected = f"follower slid: a wheel was at its friction limit for {seconds:.2g} s, first at {first:.3g} s"
+    assert told == (f"{expected}, sliding at up to 0.3 m/s",)
+    assert slides(recording()) == ()

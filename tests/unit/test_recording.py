@@ -189,13 +189,14 @@ def test_failed_write_leaves_all_as_it_was(tmp_path: Path, failure: BaseExceptio
 
 
 def test_full_disk_while_saving_leaves_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The disk fills while the file is written: netCDF writer stopped half way."""
+    """The disk fills while the file is written: stopped half way."""
+    write = Path.write_bytes
 
-    def full(self: xr.Dataset, path: Path, **_: Any) -> None:
-        Path(path).write_bytes(b"half")
+    def full(self: Path, data: Any) -> None:
+        write(self, bytes(data)[: len(data) // 2])
         raise OSError(errno.ENOSPC, "No space left on device")
 
-    monkeypatch.setattr(xr.Dataset, "to_netcdf", full)
+    monkeypatch.setattr(Path, "write_bytes", full)
     with pytest.raises(OSError, match="No space left"):
         sample().save(tmp_path / "recording.nc")
     assert list(tmp_path.iterdir()) == []

@@ -11,6 +11,7 @@ from typing import Annotated, Any, NoReturn
 import typer
 from typer.core import TyperGroup
 
+from nhtrack import gl
 from nhtrack.errors import FeasibilityError, NhtrackError, ScenarioError, SimulationDiverged
 
 EXIT_ERROR, EXIT_SCENARIO, EXIT_DIVERGED, EXIT_INTERRUPTED = 1, 2, 3, 130
@@ -56,6 +57,7 @@ app = typer.Typer(
 
 def main() -> None:
     """Runs the command line."""
+    gl.withhold()
     app()
 
 

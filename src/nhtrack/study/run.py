@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
 import importlib.metadata
 import json
 import platform
+import tempfile
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -14,7 +16,7 @@ import numpy as np
 
 from nhtrack.diffdrive import DiffDrive, identify
 from nhtrack.errors import NhtrackError, SimulationDiverged
-from nhtrack.metrics import summary
+from nhtrack.metrics import slides, summary
 from nhtrack.recording import Recording, atomic_path, make_recording
 from nhtrack.rollout import Progress, Rollout, rollout
 from nhtrack.scenario.build import Experiment, build
@@ -73,6 +75,7 @@ def run(scenario: Scenario | str | Path) -> Recording:
     return outcome.recording
 
 
+@np.errstate(over="ignore", invalid="ignore")  # a twin that diverges leaves numbers too large to square
 def simulate(scenario: Scenario, stage: Stage | None = None) -> Outcome:
     """Returns the outcome of a scenario and its ideal twin, in memory.
 
@@ -100,7 +103,8 @@ def simulate(scenario: Scenario, stage: Stage | None = None) -> Outcome:
         scene = make_scene(replace(experiment.scene, bounds=_bounds(twin)))
         main = _roll(MujocoSimulation(scene, experiment.dt), experiment, stage, "MuJoCo")
     recording = _recording(scenario, experiment, drive, main, twin, scene)
-    figures = summary(recording) | {"warnings": list(warnings(scenario, experiment, twin, drive))}
+    told = [*warnings(scenario, experiment, twin, drive), *slides(recording)]
+    figures = summary(recording) | {"warnings": told}
     return Outcome(recording, figures, main.failure)
 
 
@@ -127,18 +131,24 @@ def run_scenario(
         stage: see `simulate`.
 
     Raises:
-        OutputError: the folder exists and has files in it; nothing is run.
+        OutputError: the folder has files in it, or cannot be written to; nothing is run.
     """
-    if out is not None and not overwrite and out.exists() and (not out.is_dir() or any(out.iterdir())):
-        raise OutputError(f"{out} exists already; choose another --out, or --force to write into it")
-    outcome = simulate(scenario, stage)
-    folder = fresh_folder(scenario.name) if out is None else out
+    folder = fresh_folder(scenario.name) if out is None else _claimed(out, overwrite)
+    try:
+        outcome = simulate(scenario, stage)
+    except BaseException:
+        with contextlib.suppress(OSError):  # leave no empty folder behind, nor touch one that is not
+            folder.rmdir()
+            if out is None:
+                folder.parent.rmdir()
+        raise
+    _clear(folder)
     files = [outcome.recording.save(folder / "recording.nc"), save_json(folder / "summary.json", outcome.summary)]
     skipped: list[str] = []
     if figures:
-        from nhtrack.plots import save_figures
-
-        files += save_figures(outcome.recording, folder / "figures")
+        drawn, reason = _figures(outcome.recording, folder)
+        files += drawn
+        skipped += reason
     if video and outcome.recording.outcome == "completed":
         film, reason = _film(scenario, outcome.recording, folder, stage)
         files += film
@@ -149,7 +159,11 @@ def run_scenario(
 def warnings(scenario: Scenario, experiment: Experiment, twin: Rollout, drive: DiffDrive) -> tuple[str, ...]:
     """Returns what the gains and the ideal run say will go wrong on wheels, in sentences."""
     found = experiment.law.warnings()
-    return found if scenario.backend == "ideal" else (*found, *predictions(scenario, experiment, twin, drive))
+    if scenario.backend == "ideal":
+        return found
+    if twin.failure is not None:
+        found = (*found, f"the ideal twin diverged ({twin.failure}): from there on nothing is compared with it")
+    return (*found, *predictions(scenario, experiment, twin, drive))
 
 
 def save_json(path: Path, tree: Any) -> Path:
@@ -220,6 +234,38 @@ def fresh_folder(name: str) -> Path:
             n += 1
         else:
             return folder
+
+
+def _claimed(out: Path, overwrite: bool) -> Path:
+    """Returns a results folder that exists and can be written to, found out before anything is run."""
+    if not overwrite and out.exists() and (not out.is_dir() or any(out.iterdir())):
+        raise OutputError(f"{out} exists already; choose another --out, or --force to write into it")
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=out):
+            pass
+    except OSError as error:
+        raise OutputError(f"cannot write results into {out}: {error.strerror}") from error
+    return out
+
+
+def _clear(folder: Path) -> None:
+    """Removes the results of an earlier run, so that a folder never holds files of two."""
+    for name in ("recording.nc", "summary.json", "video.mp4"):
+        (folder / name).unlink(missing_ok=True)
+    for figure in (folder / "figures").glob("*.p*"):
+        if figure.suffix in (".png", ".pdf"):
+            figure.unlink()
+
+
+def _figures(recording: Recording, folder: Path) -> tuple[list[Path], list[str]]:
+    """Returns the figures, or the reason why there are none: a run gone wild has numbers that no axis can show."""
+    from nhtrack.plots import save_figures
+
+    try:
+        return save_figures(recording, folder / "figures"), []
+    except (ValueError, OverflowError) as error:
+        return [], [f"no figures: {error}"]
 
 
 def _film(
