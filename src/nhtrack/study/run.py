@@ -205,6 +205,9 @@ def _recording(
         "time_scale": experiment.similarity.time,
         "friction": scenario.physics.friction,
         "torque_limit": drive.motor.torque_limit,
+        "no_load_speed": drive.motor.no_load_speed,
+        "wheel_radius": drive.wheel_radius,
+        "half_separation": drive.half_separation,
         "seed": scenario.seed,
         "control_rate": scenario.control_rate,
         "parents": {name: list(parents) for name, parents in scenario.parents.items()},
@@ -213,7 +216,14 @@ def _recording(
         "model_hash": scene.hash if scene else "",
         "versions": versions(),
     }
-    return make_recording(main.time, experiment.network.names, variables, attributes, main.qpos)
+    return make_recording(main.time, experiment.network.names, variables, attributes | _end(main.failure), main.qpos)
+
+
+def _end(failure: SimulationDiverged | None) -> dict[str, str | float]:
+    """Returns what a divergence says of itself as attributes of the recording; none where there was none."""
+    if failure is None:
+        return {}
+    return {"diverged_robot": failure.robot, "diverged_time": failure.time, "diverged_reason": failure.reason}
 
 
 def versions() -> dict[str, str]:
