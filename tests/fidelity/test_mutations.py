@@ -54,12 +54,13 @@ def cylinders(scene: Scene) -> Scene:
 
 
 def correction_reversed(simulation: MujocoSimulation) -> None:
-    assert simulation._correction != 0
-    simulation._correction = -simulation._correction
+    sound = simulation._surface_velocity
+    simulation._surface_velocity = lambda *motion: -sound(*motion)  # type: ignore[method-assign]
 
 
 def correction_halved(simulation: MujocoSimulation) -> None:
-    simulation._correction = simulation._correction / 2
+    sound = simulation._surface_velocity
+    simulation._surface_velocity = lambda *motion: sound(*motion) / 2  # type: ignore[method-assign]
 
 
 def error(

@@ -17,6 +17,7 @@ import tolerances as tol
 from drives import DRIVE
 from nhtrack import se2
 from nhtrack.errors import SimulationDiverged
+from nhtrack.ground import Ground
 from nhtrack.simulation.ideal import IdealSimulation, propagate
 from nhtrack.simulation.state import Simulation, State
 from simulation_contract import SimulationContract
@@ -213,7 +214,7 @@ class TestIdealSimulation(SimulationContract):
 
 def test_telemetry_is_what_the_reduced_model_says() -> None:
     """Torques, speeds and loads of the twist at the end of the period; utilisation of the worse of its ends."""
-    simulation = IdealSimulation(("robot",), DRIVE, 0.1, friction=0.5)
+    simulation = IdealSimulation(("robot",), DRIVE, 0.1, Ground(0.5))
     u = np.array([[0.4, -3.0]])
     begun = simulation.reset(State(0.0, np.zeros((1, 3)), np.array([[0.3, 0.0, 2.0]])))
     state = simulation.step(u)

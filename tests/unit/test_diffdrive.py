@@ -8,7 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from nhtrack.diffdrive import DiffDrive, Motor
-from nhtrack.diffdrive.reduced_model import GRAVITY, euler_poincare_wrench, utilisation
+from nhtrack.diffdrive.reduced_model import euler_poincare_wrench, utilisation
+from nhtrack.ground import GRAVITY, Gravity
 from tolerances import HAND, ROUNDED_SUM
 
 MOTOR = Motor(torque_limit=1.0, stall_torque=2.0, no_load_speed=10.0)
@@ -56,10 +57,24 @@ class TestWrenchAndTorque:
         # f = 2.10 + 0.4 (1) = 2.5, t = 0.03 + 0.4 (0.01) (3) = 0.042, r/2 (2.5 -+ 0.42)
         np.testing.assert_allclose(LOPSIDED.wheel_torques(*motion(*MOTION)), (0.052, 0.073), rtol=HAND)
 
-    def test_a_late_centripetal_term_enters_the_force_only(self) -> None:
-        # omega^2 = 5 instead of 4 adds 0.04 N to f_x: r/2 of it on each wheel.
-        late = LOPSIDED.wheel_torques(*motion(*MOTION), omega_squared=np.array(5.0))
-        np.testing.assert_allclose(late, (0.053, 0.074), rtol=HAND)
+    def test_gravity_along_a_slope_by_hand(self) -> None:
+        # On MOTION's 2.10, 1.80, 0.03 N: f_x - 2 (0.5), f_y - 2 (-0.25), tau + 0.02 (0.5) + 0.04 (-0.25)
+        wrench = LOPSIDED.ground_wrench(*motion(*MOTION), Gravity(0.5, -0.25, 9.0))
+        np.testing.assert_allclose(wrench, (1.10, 2.30, 0.03), rtol=HAND)
+
+    @given(carts, motions, st.tuples(st.floats(-9, 9), st.floats(-9, 9)))
+    def test_the_maps_are_wrench_and_torques_term_by_term(self, cart: DiffDrive, at: tuple, along: tuple) -> None:
+        v, omega, u_x, u_theta = at
+        gravity = Gravity(np.array(along[0]), np.array(along[1]), 9.0)
+        columns = np.broadcast_arrays(u_x, u_theta, omega**2, omega * v, gravity.x, gravity.y)
+        terms = np.stack(columns, axis=-1)
+        size = np.abs(terms) @ np.abs(cart.ground_map)
+        wrench = np.stack(cart.ground_wrench(*at, gravity), axis=-1)
+        np.testing.assert_array_less(np.abs(terms @ cart.ground_map - wrench), ROUNDED_SUM * size + 1e-300)
+        size = np.abs(terms) @ np.abs(cart.torque_map)
+        torques = cart.wheel_torques(*at, gravity)
+        bound = ROUNDED_SUM * (size + cart.wheel_radius * (1 + 1 / cart.half_separation) * np.abs(terms).sum())
+        np.testing.assert_array_less(np.abs(terms @ cart.torque_map - torques), 10 * bound + 1e-300)
 
     def test_wheel_speeds_by_hand(self) -> None:
         np.testing.assert_allclose(CART.wheel_speeds(*motion(0.5, 2.0)), (6.0, 14.0), rtol=HAND)

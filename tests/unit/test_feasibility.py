@@ -10,12 +10,13 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
 import tolerances as tol
 from nhtrack.diffdrive import DiffDrive, identify
 from nhtrack.errors import FeasibilityError, ScenarioError
+from nhtrack.ground import Ground
 from nhtrack.scenario.build import build
 from nhtrack.scenario.load import load_text
 from nhtrack.scenario.schema import Scenario
@@ -62,18 +63,28 @@ def case(*overrides: str) -> Scenario:
 def sped_up(motion: Motion, factor: float) -> Motion:
     """Returns the motion with its time divided by a factor, THEORY 6 with L = 1."""
     squared = factor**2
-    return Motion(
-        motion.time / factor, motion.v * factor, motion.omega * factor, motion.u_x * squared, motion.u_theta * squared
+    return motion._replace(
+        time=motion.time / factor,
+        v=motion.v * factor,
+        omega=motion.omega * factor,
+        u_x=motion.u_x * squared,
+        u_theta=motion.u_theta * squared,
     )
 
 
-def shares(motion: Motion, drive: DiffDrive, friction: float) -> dict[str, float]:
+def at_one_place(v: np.ndarray, omega: np.ndarray, u_x: np.ndarray, u_theta: np.ndarray, theta: float = 0.0) -> Motion:
+    """Returns a motion of one instant, at the origin."""
+    return Motion(np.zeros(1), np.array([[0.0, 0.0, theta]]), v, omega, u_x, u_theta)
+
+
+def shares(motion: Motion, drive: DiffDrive, ground: Ground) -> dict[str, float]:
     """Returns the largest share of each limit, from the reduced model and the motor themselves."""
-    torque, speed = drive.wheel_torques(*motion.rates), drive.wheel_speeds(motion.v, motion.omega)
+    gravity, friction = ground.gravity_at(motion.g[..., 2]), ground.friction_at(drive.wheel_places(motion.g))
+    torque, speed = drive.wheel_torques(*motion.rates, gravity), drive.wheel_speeds(motion.v, motion.omega)
     direction = np.sign(torque)
     beyond = direction * drive.motor.saturate(1e3 * direction, speed)
     return {
-        "friction": float(drive.friction_utilisation(*motion.rates, friction).max()),
+        "friction": float(drive.friction_utilisation(*motion.rates, friction, gravity).max()),
         "wheel speed": float(np.abs(speed).max() / drive.motor.no_load_speed),
         "wheel torque": float((np.abs(torque) / np.maximum(beyond, 1e-300)).max()),
     }
@@ -86,37 +97,42 @@ rates = st.tuples(*(st.floats(-bound, bound) for bound in (1.0, 10.0, 3.0, 30.0)
 )
 
 
-@given(rates, st.floats(0.05, 1.5))
+slopes = st.floats(0.0, 1.0)  # of the friction angle: on a steeper one nothing holds
+
+
+@given(rates, st.floats(0.05, 1.5), slopes, st.floats(-4.0, 4.0))
 def test_sped_up_by_its_largest_factor_a_motion_stands_at_its_limit(
-    drive: DiffDrive, rate: tuple[float, float, float, float], friction: float
+    drive: DiffDrive, rate: tuple[float, float, float, float], friction: float, share: float, theta: float
 ) -> None:
-    motion = Motion(np.zeros(1), *(np.array([value]) for value in rate))
-    factors = largest_factors(motion, drive, friction).min(axis=(1, 2))
+    ground = Ground(friction, slope=0.6 * share * math.atan(friction), uphill=0.7)  # the caster holds nothing
+    motion = at_one_place(*(np.array([value]) for value in rate), theta=theta)
+    factors = largest_factors(motion, drive, ground).min(axis=(1, 2))
+    assume(factors.min() > 0)  # a slope on which the motors or the floor cannot even hold the robot
     limit = LIMITS[int(factors.argmin())]
-    at_limit = shares(sped_up(motion, factors.min()), drive, friction)
+    at_limit = shares(sped_up(motion, factors.min()), drive, ground)
     assert at_limit[limit] == pytest.approx(1.0, rel=tol.AT_THE_LIMIT)
     assert max(at_limit.values()) <= 1 + tol.AT_THE_LIMIT
-    assert max(shares(sped_up(motion, 1.01 * factors.min()), drive, friction).values()) > 1
+    assert max(shares(sped_up(motion, 1.01 * factors.min()), drive, ground).values()) > 1
 
 
 def test_limits_by_hand(drive: DiffDrive) -> None:
     """Straight on: speed and torque alone; a robot that stands can be sped up for ever."""
     zero, one = np.zeros(1), np.ones(1)
-    cruising = largest_factors(Motion(zero, one, zero, zero, zero), drive, 1.0)[:, 0, 0]
+    cruising = largest_factors(at_one_place(one, zero, zero, zero), drive, Ground(1.0))[:, 0, 0]
     top_speed = drive.motor.no_load_speed * drive.wheel_radius
     assert cruising[0] == np.inf
     assert cruising[1] == pytest.approx(top_speed, rel=tol.HAND)
-    starting = largest_factors(Motion(zero, zero, zero, one, zero), drive, 100.0)[:, 0, 0]
+    starting = largest_factors(at_one_place(zero, zero, one, zero), drive, Ground(100.0))[:, 0, 0]
     strongest = 2 * drive.motor.torque_limit / (drive.wheel_radius * drive.m_eff)
     assert starting[1:] == pytest.approx([np.inf, math.sqrt(strongest)], rel=tol.HAND)
-    assert np.all(largest_factors(Motion(zero, zero, zero, zero, zero), drive, 0.0) == np.inf)
-    assert largest_factors(Motion(zero, zero, zero, one, zero), drive, 0.0)[0].max() == 0
+    assert np.all(largest_factors(at_one_place(zero, zero, zero, zero), drive, Ground(0.0)) == np.inf)
+    assert largest_factors(at_one_place(zero, zero, one, zero), drive, Ground(0.0))[0].max() == 0
 
 
 def test_a_motor_that_moves_gives_less_and_one_that_brakes_does_not(drive: DiffDrive) -> None:
     fast, zero, hard = np.array([1.2]), np.zeros(1), np.array([2.0])
-    pushing = wheel_uses(Motion(zero, fast, zero, hard, zero), drive, 1.0)
-    braking = wheel_uses(Motion(zero, fast, zero, -hard, zero), drive, 1.0)
+    pushing = wheel_uses(at_one_place(fast, zero, hard, zero), drive, Ground(1.0))
+    braking = wheel_uses(at_one_place(fast, zero, -hard, zero), drive, Ground(1.0))
     limits = [dict((name, use.limit) for name, _, use in uses)["wheel_torque"][0, 0] for uses in (pushing, braking)]
     line = drive.motor.stall_torque * (1 - 1.2 / drive.wheel_radius / drive.motor.no_load_speed)
     assert limits == pytest.approx([line, drive.motor.torque_limit], rel=tol.HAND)
@@ -147,7 +163,7 @@ def test_a_run_scaled_by_formula_is_the_run_at_that_scale(drive: DiffDrive) -> N
     for found, expected in zip(sped_up(slow, 2 / 3), quick, strict=True):
         np.testing.assert_allclose(found, expected, rtol=0, atol=tol.SAME_IN_OWN_UNITS * np.abs(expected).max())
     fitting = [
-        [scenario.similarity.time_scale / found.factor for found in bindings(experiment, run, drive, 0.7)]
+        [scenario.similarity.time_scale / found.factor for found in bindings(experiment, run, drive, Ground(0.7))]
         for scenario, (experiment, run) in zip((one, other), runs, strict=True)
     ]
     assert fitting[0] == pytest.approx(fitting[1], rel=tol.SAME_IN_OWN_UNITS)
@@ -159,7 +175,7 @@ def test_the_most_of_everything_is_what_the_run_itself_recorded(drive: DiffDrive
     run, lost = ideal_motion(experiment)
     assert not lost
     recording = simulate(case("similarity.time=2", "backend=ideal", "physics.friction=0.5")).recording
-    found = {(row.robot, row.quantity): row for row in demands(experiment, run, drive, 0.5)}
+    found = {(row.robot, row.quantity): row for row in demands(experiment, run, drive, Ground(0.5))}
     for name in ("leader", "follower"):
         recorded = recording.dataset.sel(robot=name).isel(time=slice(1, None))
         peak = float(np.abs(recorded["wheel_speed"]).max())
@@ -181,7 +197,7 @@ def test_the_most_of_everything_is_what_the_run_itself_recorded(drive: DiffDrive
 def test_a_virtual_leader_asks_for_nothing(drive: DiffDrive) -> None:
     scenario = case("leader.virtual=true", "similarity.time=2")
     experiment = build(scenario)
-    assert {row.robot for row in demands(experiment, ideal_motion(experiment)[0], drive, 1.0)} == {"follower"}
+    assert {row.robot for row in demands(experiment, ideal_motion(experiment)[0], drive, Ground())} == {"follower"}
 
 
 # -- time: auto -------------------------------------------------------------------------------------
@@ -197,12 +213,12 @@ def test_a_virtual_leader_asks_for_nothing(drive: DiffDrive) -> None:
 )
 def test_auto_takes_what_there_is_and_no_more(drive: DiffDrive, overrides: tuple[str, ...], limit: str) -> None:
     scenario = with_time(case(*overrides))
-    similarity, friction = scenario.similarity, scenario.physics.friction
+    similarity, ground = scenario.similarity, Ground(scenario.physics.friction)
     assert similarity.time == rounded_up(similarity.time_scale)
     experiment = build(scenario)
     run, _ = ideal_motion(experiment)
     motions = [motion_of(run, i) for i in range(2)]
-    used = {name: max(shares(motion, drive, friction)[name] for motion in motions) for name in LIMITS}
+    used = {name: max(shares(motion, drive, ground)[name] for motion in motions) for name in LIMITS}
     used["friction"] /= similarity.friction_margin
     assert max(used.values()) <= 1
     assert used[limit] >= 1 - tol.MARGIN_LEFT
@@ -216,7 +232,7 @@ def test_a_number_stays_what_it_is() -> None:
 
 def test_a_larger_margin_asks_for_less_time(drive: DiffDrive) -> None:
     times = [
-        fitting_time(case("physics.friction=0.2", f"similarity.friction_margin={margin}"), drive)
+        fitting_time(case("physics.friction=0.2", f"similarity.friction_margin={margin}"))
         for margin in (0.35, 0.7)
     ]
     assert times[0] / times[1] == pytest.approx(math.sqrt(2), rel=0.02)

@@ -12,6 +12,7 @@ import tolerances as tol
 from nhtrack import assets
 from nhtrack.diffdrive import identify
 from nhtrack.errors import ScenarioError
+from nhtrack.ground import Ground
 from nhtrack.metrics import summary
 from nhtrack.rollout import Rollout
 from nhtrack.scenario.build import make_law
@@ -95,7 +96,7 @@ def test_figures_of_a_batch_are_those_of_the_summary() -> None:
     names = ("pose", "error", "twist", "input")
     batch = {name: np.stack([recording[name].values] * 2, axis=1) for name in names}
     drive = identify(load_robot("nh_mini"))
-    figures = figures_of(Rollout(recording.time, batch, None), [0, 1], drive, 1.0, 0.7)
+    figures = figures_of(Rollout(recording.time, batch, None), [0, 1], drive, Ground(), 0.7)
     follower, robots = told["followers"]["follower"], told["robots"]
     assert figures.late_position[0] * max(
         robots["leader"]["path_length"], follower["initial_position_error"]

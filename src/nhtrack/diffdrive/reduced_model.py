@@ -20,8 +20,7 @@ import numpy as np
 from nhtrack import se2
 from nhtrack.arrays import Array, namespace
 from nhtrack.diffdrive.motor import Motor
-
-GRAVITY = 9.81
+from nhtrack.ground import LEVEL, Gravity
 
 
 class Wrench(NamedTuple):
@@ -45,6 +44,7 @@ class DiffDrive:
         com: CoM in the body frame (x, y) and its height above the floor [m], shape (3,).
         casters: contact points of the casters in the body frame (x, y) [m], shape (k, 2).
         motor: limits of each wheel motor.
+        levelled: whether a planar base keeps the robot level, so that the wheels share the weight whatever it does.
     """
 
     wheel_radius: float
@@ -55,6 +55,7 @@ class DiffDrive:
     com: tuple[float, float, float]
     casters: tuple[tuple[float, float], ...]
     motor: Motor
+    levelled: bool = False
 
     @property
     def wheel_separation(self) -> float:
@@ -87,32 +88,37 @@ class DiffDrive:
         m_x, m_y = self.first_moment
         return np.array([[self.mass, 0.0, -m_y], [0.0, self.mass, m_x], [-m_y, m_x, self.axle_inertia]])
 
-    def ground_wrench(self, v: Array, omega: Array, u_x: Array, u_theta: Array) -> Wrench:
+    def wheel_places(self, g: Array) -> Array:
+        """Returns where the wheels (left, right) of robots at poses g, shape (..., 3), touch the floor, (..., 2, 2)."""
+        xp = namespace(g)
+        across = self.half_separation * xp.stack([-xp.sin(g[..., 2]), xp.cos(g[..., 2])], axis=-1)
+        return xp.stack([g[..., :2] + across, g[..., :2] - across], axis=-2)
+
+    def ground_wrench(self, v: Array, omega: Array, u_x: Array, u_theta: Array, gravity: Gravity = LEVEL) -> Wrench:
         """Returns the wrench that wheel friction must supply, the friction demand.
 
-        Euler-Poincare with v_y = 0: `F = I u - ad_xi^T I xi`, which is
+        Euler-Poincare with v_y = 0, `F = I u - ad_xi^T I xi`, less what gravity does along a slope:
 
-            f_x = m u_x - m c_y u_theta - m c_x omega^2
-            f_y = m omega v + m c_x u_theta - m c_y omega^2
-            tau = J_axle u_theta - m c_y u_x + m c_x omega v
+            f_x = m (u_x - g_x) - m c_y u_theta - m c_x omega^2
+            f_y = m (omega v - g_y) + m c_x u_theta - m c_y omega^2
+            tau = J_axle u_theta - m c_y (u_x - g_x) + m c_x (omega v - g_y)
 
         Args:
             v: forward velocity [m/s], any shape; the others broadcast with it.
             omega: yaw rate [rad/s].
             u_x: forward acceleration [m/s^2].
             u_theta: yaw acceleration [rad/s^2].
+            gravity: in the body frame.
         """
         m_x, m_y = self.first_moment
-        square, product = omega * omega, omega * v
+        square, ahead, aside = omega * omega, u_x - gravity.x, omega * v - gravity.y
         return Wrench(
-            self.mass * u_x - m_y * u_theta - m_x * square,
-            self.mass * product + m_x * u_theta - m_y * square,
-            self.axle_inertia * u_theta - m_y * u_x + m_x * product,
+            self.mass * ahead - m_y * u_theta - m_x * square,
+            self.mass * aside + m_x * u_theta - m_y * square,
+            self.axle_inertia * u_theta - m_y * ahead + m_x * aside,
         )
 
-    def wheel_torques(
-        self, v: Array, omega: Array, u_x: Array, u_theta: Array, omega_squared: Array | None = None
-    ) -> Array:
+    def wheel_torques(self, v: Array, omega: Array, u_x: Array, u_theta: Array, gravity: Gravity = LEVEL) -> Array:
         """Returns the wheel torques (left, right) [N m], shape (..., 2), that accelerate the robot by (u_x, u_theta).
 
         The motors supply the longitudinal force and the moment of `ground_wrench` and the wheels' own spin-up,
@@ -123,12 +129,10 @@ class DiffDrive:
             omega: yaw rate [rad/s].
             u_x: forward acceleration [m/s^2].
             u_theta: yaw acceleration [rad/s^2].
-            omega_squared: omega^2 for the centripetal term where the plant evaluates it at another time, else None.
+            gravity: in the body frame.
         """
         xp = namespace(v, omega, u_x, u_theta)
-        f_x, _, tau = self.ground_wrench(v, omega, u_x, u_theta)
-        if omega_squared is not None:
-            f_x = f_x + self.first_moment[0] * (omega * omega - omega_squared)
+        f_x, _, tau = self.ground_wrench(v, omega, u_x, u_theta, gravity)
         r, b = self.wheel_radius, self.half_separation
         spin = 2 * self.wheel_inertia / r**2
         half_force = (r / 2) * (f_x + spin * u_x)
@@ -136,16 +140,24 @@ class DiffDrive:
         return xp.stack([half_force - half_moment, half_force + half_moment], axis=-1)
 
     @cached_property
+    def ground_map(self) -> np.ndarray:
+        """Matrix of `ground_wrench`: (f_x, f_y, tau) = (u_x, u_theta, omega^2, omega v, g_x, g_y) W, shape (6, 3).
+
+        With `torque_map` for simulations that evaluate these terms at times of their own.
+        """
+        m, (m_x, m_y) = self.mass, self.first_moment
+        ahead, aside = (m, 0.0, -m_y), (0.0, m, m_x)
+        turning, centripetal = (-m_y, m_x, self.axle_inertia), (-m_x, -m_y, 0.0)
+        return np.array([ahead, turning, centripetal, aside, np.negative(ahead), np.negative(aside)])
+
+    @cached_property
     def torque_map(self) -> np.ndarray:
-        """Matrix K of `wheel_torques`: torques = (u_x, u_theta, omega^2, omega v) K, shape (4, 2)."""
-        zero, one = np.zeros(()), np.ones(())
-        rows = [
-            self.wheel_torques(zero, zero, one, zero),
-            self.wheel_torques(zero, zero, zero, one),
-            self.wheel_torques(zero, zero, zero, zero, omega_squared=one),
-            self.wheel_torques(one, one, zero, zero, omega_squared=zero),
-        ]
-        return np.stack(rows)
+        """Matrix of `wheel_torques`, in the terms of `ground_map`, shape (6, 2)."""
+        r, b = self.wheel_radius, self.half_separation
+        force, moment = self.ground_map[:, 0].copy(), self.ground_map[:, 2].copy()
+        force[0] += 2 * self.wheel_inertia / r**2
+        moment[1] += 2 * self.wheel_inertia * (b / r) ** 2
+        return r / 2 * np.stack([force - moment / b, force + moment / b], axis=-1)
 
     def wheel_speeds(self, v: Array, omega: Array) -> Array:
         """Returns the speeds [rad/s] of wheels that roll without slip, (v -+ b omega)/r, shape (..., 2)."""
@@ -153,23 +165,26 @@ class DiffDrive:
         across = self.half_separation * omega
         return xp.stack([v - across, v + across], axis=-1) / self.wheel_radius
 
-    def wheel_loads(self, v: Array, omega: Array, u_x: Array, u_theta: Array) -> Array:
+    def wheel_loads(self, v: Array, omega: Array, u_x: Array, u_theta: Array, gravity: Gravity = LEVEL) -> Array:
         """Returns the quasi-static normal forces (left, right) [N], shape (..., 2).
 
-        Balance of vertical force, pitch and roll about the axle's ground point, with the inertia of the CoM at height
-        h and of the spinning wheels; m (a_x, a_y) is the force of `ground_wrench`:
+        Balance of the force along the floor's normal, pitch and roll about the axle's ground point, with the inertia of
+        the CoM at height h and of the spinning wheels, and (f_x, f_y) of `ground_wrench`:
 
-            sum N = m g
-            sum N x = m g c_x - h m a_x - 2 I_w u_x / r
-            sum N y = m g c_y - h m a_y - 2 I_w omega v / r
+            sum N = m g_n
+            sum N x = m g_n c_x - h f_x - 2 I_w u_x / r
+            sum N y = m g_n c_y - h f_y - 2 I_w omega v / r
 
         over the wheels and casters at (x, y): exact for three supports, least squares for more. A negative load means
-        that the wheel would lift.
+        that the wheel would lift. On a planar base each wheel bears half of the weight.
         """
         xp = namespace(v, omega, u_x, u_theta)
-        f_x, f_y, _ = self.ground_wrench(v, omega, u_x, u_theta)
+        f_x, f_y, _ = self.ground_wrench(v, omega, u_x, u_theta, gravity)
         c_x, c_y, height = self.com
-        weight = self.mass * GRAVITY
+        weight = self.mass * gravity.normal
+        if self.levelled:
+            half = xp.full_like(f_x + f_y, weight / 2)
+            return xp.stack([half, half], axis=-1)
         spin = 2 * self.wheel_inertia / self.wheel_radius
         pitch = weight * c_x - height * f_x - spin * u_x
         roll = weight * c_y - height * f_y - spin * omega * v
@@ -185,26 +200,39 @@ class DiffDrive:
         solution = np.linalg.pinv(balance)
         return [tuple(float(x) for x in row) for row in solution[:2]]  # type: ignore[misc]
 
-    def friction_demand(self, v: Array, omega: Array, u_x: Array, u_theta: Array) -> Array:
+    def caster_load(self, v: Array, omega: Array, u_x: Array, u_theta: Array, gravity: Gravity = LEVEL) -> Array:
+        """Returns what the casters bear together [N], the weight less `wheel_loads`; negative where they would lift."""
+        wheels = self.wheel_loads(v, omega, u_x, u_theta, gravity)
+        return self.mass * gravity.normal - wheels[..., 0] - wheels[..., 1]
+
+    def friction_demand(self, v: Array, omega: Array, u_x: Array, u_theta: Array, gravity: Gravity = LEVEL) -> Array:
         """Returns the horizontal force that each wheel asks of the floor [N], shape (..., 2).
 
         Longitudinal force of a wheel f_x/2 -+ tau/(2 b), lateral force f_y/2: the two wheels share an axle, so only
         their sum is determined; equal shares are assumed.
         """
         xp = namespace(v, omega, u_x, u_theta)
-        f_x, f_y, tau = self.ground_wrench(v, omega, u_x, u_theta)
+        f_x, f_y, tau = self.ground_wrench(v, omega, u_x, u_theta, gravity)
         moment = tau / self.half_separation
         longitudinal = xp.stack([f_x - moment, f_x + moment], axis=-1) / 2
         return xp.hypot(longitudinal, f_y[..., None] / 2)
 
-    def friction_utilisation(self, v: Array, omega: Array, u_x: Array, u_theta: Array, friction: float) -> Array:
+    def friction_utilisation(
+        self,
+        v: Array,
+        omega: Array,
+        u_x: Array,
+        u_theta: Array,
+        friction: Array | float,
+        gravity: Gravity = LEVEL,
+    ) -> Array:
         """Returns the predicted utilisation of each wheel, hypot(f_long, f_lat)/(mu N), shape (..., 2).
 
-        Force from `friction_demand`, load from `wheel_loads`. Infinite where the wheel would lift or friction is zero
-        and a force is asked for, zero where none is.
+        Force from `friction_demand`, load from `wheel_loads`, mu from `friction`, a number or one for each wheel.
+        Infinite where the wheel would lift or friction is zero and a force is asked for, zero where none is.
         """
-        demand = self.friction_demand(v, omega, u_x, u_theta)
-        return utilisation(demand, friction * self.wheel_loads(v, omega, u_x, u_theta))
+        demand = self.friction_demand(v, omega, u_x, u_theta, gravity)
+        return utilisation(demand, friction * self.wheel_loads(v, omega, u_x, u_theta, gravity))
 
     def acceleration(self, v: Array, omega: Array, torque: Array) -> Array:
         """Returns (u_x, u_theta) under wheel torques (left, right), both (..., 2); inverse of `wheel_torques`."""

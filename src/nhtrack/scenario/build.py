@@ -7,13 +7,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from nhtrack.control import Law, Published, Stabiliser
+from nhtrack.ground import Patch
 from nhtrack.network import Network
 from nhtrack.reference import Reference, Signal, make_segments, make_signal
-from nhtrack.rollout import Tracking
+from nhtrack.rollout import Progress, Rollout, Tracking, rollout
 from nhtrack.scenario import schema
 from nhtrack.similarity import Similarity
-from nhtrack.simulation.scene import SceneSpec
-from nhtrack.simulation.state import State
+from nhtrack.simulation.scene import Payload, SceneSpec
+from nhtrack.simulation.state import Simulation, State
 
 
 @dataclass(frozen=True)
@@ -42,6 +43,13 @@ class Experiment:
     similarity: Similarity
     scene: SceneSpec
 
+    def rollout(
+        self, simulation: Simulation, progress: Progress | None = None, batch: tuple[int, ...] = ()
+    ) -> Rollout:
+        """Returns the run of this experiment in a simulation; in a batch of them, all from the same start."""
+        start = State(self.start.t, *(np.broadcast_to(x, (*batch, *x.shape)) for x in (self.start.g, self.start.xi)))
+        return rollout(simulation, self.law, self.network, self.inputs, start, self.tracking, progress)
+
 
 def build(scenario: schema.Scenario) -> Experiment:
     """Returns the experiment of a scenario.
@@ -62,17 +70,42 @@ def build(scenario: schema.Scenario) -> Experiment:
         inputs=similarity.inputs_to_robot(make_reference(scenario.leader.input).sample(middles)),
         dt=dt,
         similarity=similarity,
-        scene=SceneSpec(
-            robots=network.names,
-            robot=scenario.robot,
-            timestep=scenario.physics.timestep,
-            friction=scenario.physics.friction,
-            contact=scenario.physics.contact.model,
-            rate_correction=scenario.physics.contact.rate_correction,
-            robot_contact=scenario.physics.robot_contact,
-            virtual_root=scenario.leader.virtual,
-        ),
+        scene=make_scene_spec(scenario),
     )
+
+
+def make_scene_spec(scenario: schema.Scenario) -> SceneSpec:
+    """Returns what to compose for MuJoCo; needs no time scale."""
+    physics, length = scenario.physics, scenario.similarity.length
+    return SceneSpec(
+        robots=tuple(scenario.parents),
+        robot=scenario.robot,
+        timestep=physics.timestep,
+        friction=physics.friction,
+        contact=physics.contact.model,
+        rate_correction=physics.contact.rate_correction,
+        robot_contact=physics.robot_contact,
+        virtual_root=scenario.leader.virtual,
+        base=physics.base,
+        patches=tuple(_patch(patch, length) for patch in physics.patches),
+        slope=physics.slope.angle,
+        uphill=physics.slope.uphill,
+        payload=_payload(physics.payload),
+        wheel_mismatch=physics.wheel_mismatch,
+        torque_limit=physics.motors.torque_limit,
+        no_load_speed=physics.motors.no_load_speed,
+        compensation=physics.compensation,
+    )
+
+
+def _patch(patch: schema.Patch, length: float) -> Patch:
+    shapes = {name: getattr(patch, name) for name in ("disc", "rectangle")}
+    scaled = {name: None if sides is None else tuple(length * side for side in sides) for name, sides in shapes.items()}
+    return Patch(patch.friction, **scaled)
+
+
+def _payload(payload: schema.Payload | None) -> Payload | None:
+    return None if payload is None else Payload(payload.mass, (*payload.offset, payload.height), payload.size)
 
 
 def make_law(law: schema.Law, similarity: Similarity) -> Law:

@@ -10,9 +10,10 @@ import numpy as np
 from nhtrack.arrays import Array
 from nhtrack.diffdrive import DiffDrive
 from nhtrack.errors import SimulationDiverged
+from nhtrack.ground import Ground
 from nhtrack.simulation.state import State
 
-Motion: TypeAlias = tuple[Array, Array]  # body twists and accelerations
+Motion: TypeAlias = tuple[Array, Array, Array]  # poses, body twists and accelerations
 
 # Gauss-Legendre nodes over a control period. Twelve are exact to rounding while a robot turns
 # less than pi per period; with eight, 4e-9 of the path is lost at pi.
@@ -59,23 +60,23 @@ class IdealSimulation:
         names: the robots' names, root first.
         drive: the robots' reduced model, for telemetry.
         dt: control period [s].
-        friction: coefficient the predicted utilisation is measured against.
+        ground: what the wheels would stand on.
     """
 
-    def __init__(self, names: tuple[str, ...], drive: DiffDrive, dt: float, friction: float = 1.0) -> None:
-        self.names, self.drive, self.dt, self.friction = names, drive, dt, friction
+    def __init__(self, names: tuple[str, ...], drive: DiffDrive, dt: float, ground: Ground | None = None) -> None:
+        self.names, self.drive, self.dt, self.ground = names, drive, dt, ground or Ground()
 
     def reset(self, state: State) -> State:
         """Places the robots; see `Simulation.reset`."""
         require_rolling(state)
         self._state = State(state.t, np.array(state.g), np.array(state.xi))
-        self._u, self._xi_before = np.zeros((*self._state.g.shape[:-1], 2)), self._state.xi
+        self._u, self._before = np.zeros((*self._state.g.shape[:-1], 2)), self._state
         self._start, self._periods = state.t, 0
         return self._copy()
 
     def step(self, u: Array) -> State:
         """Advances one period by the exact flow; see `Simulation.step`."""
-        self._u, self._xi_before = np.array(u, dtype=float), self._state.xi
+        self._u, self._before = np.array(u, dtype=float), self._state
         require_finite_command(self._u, self.names, self._state.t)
         g, xi = propagate(self._state.g, self._state.xi, self._u, self.dt)
         self._periods += 1
@@ -86,18 +87,17 @@ class IdealSimulation:
     def telemetry(self) -> Mapping[str, Array]:
         """Returns what wheels would have to do for the motion at the end of the period; see `Simulation.telemetry`."""
         v, omega = self._state.xi[..., 0], self._state.xi[..., 2]
-        motion = (v, omega, self._u[..., 0], self._u[..., 1])
-        torque = self.drive.wheel_torques(*motion)
+        motion, gravity = (v, omega, self._u[..., 0], self._u[..., 1]), self.ground.gravity_at(self._state.g[..., 2])
+        torque = self.drive.wheel_torques(*motion, gravity)
         speed = self.drive.wheel_speeds(v, omega)
-        predicted = predicted_utilisation(
-            self.drive, (self._xi_before, self._u), (self._state.xi, self._u), self.friction
-        )
+        start, end = ((state.g, state.xi, self._u) for state in (self._before, self._state))
+        predicted = predicted_utilisation(self.drive, self.ground, start, end)
         return {
             "wheel_torque": torque,
             "wheel_torque_demand": torque.copy(),
             "torque_saturation": 1.0 * (self.drive.motor.saturate(torque, speed) != torque),
             "wheel_speed": speed,
-            "wheel_load": self.drive.wheel_loads(*motion),
+            "wheel_load": self.drive.wheel_loads(*motion, gravity),
             "longitudinal_slip": np.zeros_like(torque),
             "lateral_slip": np.zeros_like(v),
             "friction_utilisation": predicted,
@@ -109,18 +109,22 @@ class IdealSimulation:
         return State(self._state.t, self._state.g.copy(), self._state.xi.copy())
 
 
-def predicted_utilisation(drive: DiffDrive, start: Motion, end: Motion, friction: float) -> Array:
+def predicted_utilisation(drive: DiffDrive, ground: Ground, start: Motion, end: Motion) -> Array:
     """Returns the larger predicted utilisation of each wheel at the two ends of a period, shape (..., n, 2).
 
     Args:
         drive: the robots' reduced model.
-        start: body twists, shape (..., n, 3), and accelerations, shape (..., n, 2), as the period begins.
+        ground: what they stand on.
+        start: poses and body twists, shape (..., n, 3), and accelerations, shape (..., n, 2), as the period begins.
         end: the same as it ends.
-        friction: coefficient it is measured against.
     """
     ends = [
-        drive.friction_utilisation(xi[..., 0], xi[..., 2], u[..., 0], u[..., 1], friction) for xi, u in (start, end)
-    ]
+        drive.friction_utilisation(
+            xi[..., 0], xi[..., 2], u[..., 0], u[..., 1],
+            ground.friction_at(drive.wheel_places(g)), ground.gravity_at(g[..., 2]),
+        )
+        for g, xi, u in (start, end)
+    ]  # fmt: skip
     return np.maximum(*ends)
 
 

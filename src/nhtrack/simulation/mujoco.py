@@ -23,6 +23,7 @@ from mujoco import batch as mujoco_batch
 from nhtrack.arrays import Array
 from nhtrack.diffdrive.reduced_model import utilisation
 from nhtrack.errors import SimulationDiverged
+from nhtrack.ground import Ground
 from nhtrack.simulation.ideal import (
     predicted_utilisation,
     propagate,
@@ -52,7 +53,7 @@ class MujocoSimulation:
 
     def __init__(self, scene: Scene, dt: float, batch: tuple[int, ...] = (), threads: int = 1) -> None:
         self.scene, self.drive, self.dt, self.batch = scene, scene.drive, dt, batch
-        self.names = scene.spec.robots
+        self.names, self.ground = scene.spec.robots, scene.spec.ground
         self._h = scene.spec.timestep
         self.substeps = round(dt / self._h)
         if self.substeps < 1 or abs(self.substeps * self._h - dt) > 1e-9 * dt:
@@ -61,8 +62,12 @@ class MujocoSimulation:
         self._engine = mujoco_batch.Batch(scene.model, batch[0] if batch else 1, threads)
         self._warnings, self._sensors = self._engine.warning, self._engine.bind("sensordata")
         self._surface = self._engine.expand("geom_surfacevel") if scene.spec.rate_correction else None
-        self._correction = self._h / 2 - 1 / contact_damping(scene.model, int(scene.addresses.tyres[0, 0]))
+        self._given_up = self._h * contact_damping(scene.model, int(scene.addresses.tyres[0, 0]))
+        self._creep = self._h * friction_regularisation(scene.model, int(scene.addresses.tyres[0, 0]))
+        self._friction = None if self.ground.is_uniform else self._engine.expand("geom_friction")
+        self._known_ground = self.ground if scene.spec.compensation == "actual" else Ground()
         self._bodies = slice(1, None) if scene.spec.virtual_root else slice(None)
+        self._planar = scene.spec.base == "planar"
         self._bind()
 
     def _bind(self) -> None:
@@ -70,10 +75,10 @@ class MujocoSimulation:
         qpos, qvel = self._engine.bind("qpos"), self._engine.bind("qvel")
         robots = (len(qpos), len(self.scene.spec.bodies), -1)
         self._qpos, self._qvel, self._ctrl = qpos, qvel, self._engine.bind("ctrl")
-        # Every robot is a copy of one model, its free joint first, so its coordinates are one block.
+        # Every robot is a copy of one model, its base first, so its coordinates are one block.
         self._q, velocities = qpos.reshape(robots), qvel.reshape(robots)
         self._plane_velocity = velocities[..., :2].view(complex)[..., 0]
-        self._yaw_rate = velocities[..., 5]
+        self._yaw_rate = velocities[..., 3 if self._planar else 5]
 
     def reset(self, state: State) -> State:
         """Places the robots level on the floor, rolling without slip at their twists; see `Simulation.reset`."""
@@ -86,12 +91,12 @@ class MujocoSimulation:
         earlier = g - self._h / 2 * xi * np.array([0, 0, 1])
         self._qvel[:] = self.scene.qvel_of(earlier, xi)
         self._place_marker()
-        self._xi_before = self._xi.copy()
+        self._g_before, self._xi_before = self._g.copy(), self._xi.copy()
         self._velocity, self._omega = xi[..., 0] + 0j, xi[..., 2].copy()
         self._velocity_before, self._omega_before = self._velocity, self._omega
         self._u, self._u_root = np.zeros((*g.shape[:-1], 2)), np.zeros((len(g), 1, 2))
         self._u_straddling = self._u
-        self._terms = np.zeros((*g.shape[:-1], 4))
+        self._terms = np.zeros((*g.shape[:-1], 6))  # of DiffDrive.ground_map
         self._clear_log(np.nan)  # before the first step nothing is known of forces
         return self._state()
 
@@ -124,23 +129,23 @@ class MujocoSimulation:
 
     def telemetry(self) -> Mapping[str, Array]:
         """Returns what the wheels did in the last period; see `Simulation.telemetry`."""
-        drive, friction = self.drive, self.scene.spec.friction
+        drive, bodies = self.drive, self._bodies
         wheel_speed = self._qvel[:, self.scene.addresses.wheel_qvel]
-        start = (self._xi_before[:, self._bodies], self._u_straddling)
-        end = (self._xi[:, self._bodies], self._u)
+        start = (self._g_before[:, bodies], self._xi_before[:, bodies], self._u_straddling)
+        end = (self._g[:, bodies], self._xi[:, bodies], self._u)
         force = -self._sensor_log[:, :, self.scene.addresses.forces]  # of the floor on the tyres, world frame
-        used = utilisation(np.hypot(force[..., 0], force[..., 1]), friction * np.maximum(force[..., 2], 0))
+        used = utilisation(np.hypot(force[..., 0], force[..., 1]), self._friction_log * np.maximum(force[..., 2], 0))
         rolling = drive.wheel_speeds(self._velocity.real, self._omega)
         return self._with_root({
             "wheel_torque": self._torque_log.mean(axis=0),
             "wheel_torque_demand": _largest(self._demand_log),
             "torque_saturation": (np.abs(self._demand_log - self._torque_log) > 0).mean(axis=0),
             "wheel_speed": wheel_speed,
-            "wheel_load": force[-1, ..., 2],
-            "longitudinal_slip": drive.wheel_radius * (rolling - wheel_speed),
+            "wheel_load": np.ascontiguousarray(force[..., 2]).mean(axis=0),  # summed alike in a batch and alone
+            "longitudinal_slip": drive.wheel_radius * (rolling - wheel_speed * self.scene.spec.radius_factors),
             "lateral_slip": self._velocity.imag,
             "friction_utilisation": used.max(axis=0),
-            "friction_utilisation_predicted": predicted_utilisation(drive, start, end, friction),
+            "friction_utilisation_predicted": predicted_utilisation(self.scene.plant, self.ground, start, end),
             "tilt": self._tilt(),
         })  # fmt: skip
 
@@ -149,28 +154,52 @@ class MujocoSimulation:
     def _physics_step(self, k: int, u: Array) -> None:
         """Steps once and reads the new velocities.
 
-        The lateral acceleration over the step is the mean of v omega at its two ends: the velocity turns from half a
-        step before t_k to half a step after. The torques make up for the moment it has about the axle midpoint, the
-        rate correction makes the contacts bring it about.
+        The axle midpoint's velocity turns from half a step before t_k to half a step after. Seen in the heading of t_k,
+        in which MuJoCo takes masses and contacts, it goes from v e^(-i h omega/2) to v_after e^(i h omega_after/2). The
+        difference of the two over h is the acceleration that torques are for and that contacts have to bring about.
 
         Args:
             k: number of the step in its period.
             u: mean of the commanded accelerations over [t_k - h/2, t_k + h/2], which this step gives, shape (b, p, 2).
         """
-        at, v, omega = self.scene.addresses, self._velocity.real, self._omega
-        turning = v * omega
-        turning_after = (v + self._h * u[..., 0]) * (omega + self._h * u[..., 1])
-        self._terms[..., :2] = u
+        at, h, v, omega = self.scene.addresses, self._h, self._velocity.real, self._omega
+        before = v * np.exp(-0.5j * h * omega)
+        omega_after = omega + h * u[..., 1]
+        after = (v + h * u[..., 0]) * np.exp(0.5j * h * omega_after)
+        acceleration = (after - before) / h
+        self._terms[..., 0] = acceleration.real
+        self._terms[..., 1] = u[..., 1]
         self._terms[..., 2] = omega * omega  # MuJoCo takes the centripetal force from its own velocities
-        self._terms[..., 3] = (turning + turning_after) / 2
+        self._terms[..., 3] = acceleration.imag
+        self._terms[..., 4], self._terms[..., 5], _ = self._known_ground.gravity_at(self._yaw())
         demand = self._terms @ self.drive.torque_map
         torque = self.drive.motor.saturate(demand, self._qvel[:, at.wheel_qvel])
         self._ctrl[:, at.motors] = torque
         if self._surface is not None:
-            self._surface[:, at.tyres, 1] = (self._correction * turning_after)[..., None]
+            side_force = self._terms @ self.drive.ground_map[:, 1] / 2
+            self._surface[:, at.tyres, 1] = self._surface_velocity(before.imag, after.imag, side_force)[..., None]
+        self._lay_ground(k)
         self._engine.step()
         self._demand_log[k], self._torque_log[k], self._sensor_log[k] = demand, torque, self._sensors
         self._read_velocity()
+
+    def _lay_ground(self, k: int) -> None:
+        """Gives each tyre the friction of the place where it stands."""
+        if self._friction is not None:
+            pose = np.stack([self._q[..., 0], self._q[..., 1], self._yaw()], axis=-1)
+            self._friction_log[k] = self.ground.friction_at(self.drive.wheel_places(pose))
+            self._friction[:, self.scene.addresses.tyres, 0] = self._friction_log[k]
+
+    def _surface_velocity(self, before: Array, after: Array, side_force: Array) -> Array:
+        """Returns the rate correction: the surface velocity [m/s] that ends a step at the lateral velocity `after`.
+
+        A contact row that bears the side force f turns a lateral velocity `before`, both in the heading of t_k, into
+
+            after = (1 - h b) before - h b surface - h R f
+
+        with b the damping and R the regularisation of the row.
+        """
+        return ((1 - self._given_up) * before - after - self._creep * side_force) / self._given_up
 
     def _read_velocity(self) -> None:
         """Resolves the velocities in the headings of their own time, half a step before the positions'."""
@@ -179,7 +208,9 @@ class MujocoSimulation:
         self._velocity = self._plane_velocity * np.exp(-1j * (self._yaw() - self._h / 2 * self._omega))
 
     def _yaw(self) -> Array:
-        """Rotation about the vertical in the swing-twist sense, on [-2 pi, 2 pi] [rad], shape (b, p)."""
+        """Heading, on a free base the swing-twist rotation about the vertical on [-2 pi, 2 pi] [rad], shape (b, p)."""
+        if self._planar:
+            return self._q[..., 3].copy()
         return 2 * np.arctan2(self._q[..., 6], self._q[..., 3])
 
     def _read_state(self) -> None:
@@ -189,7 +220,7 @@ class MujocoSimulation:
         expected = self._g[:, self._bodies, 2] + self.dt * omega
         yaw = self._yaw()
         heading = yaw + 2 * np.pi * np.round((expected - yaw) / (2 * np.pi))
-        self._xi_before = self._xi.copy()
+        self._g_before, self._xi_before = self._g.copy(), self._xi.copy()
         self._g[:, self._bodies] = np.stack([self._q[..., 0], self._q[..., 1], heading], axis=-1)
         self._xi[:, self._bodies] = np.stack([velocity.real, velocity.imag, omega], axis=-1)
 
@@ -233,13 +264,16 @@ class MujocoSimulation:
             raise SimulationDiverged("tipped over", self.scene.spec.bodies[robot], state.t, int(simulation))
 
     def _tilt(self) -> Array:
-        """Angle between the robots' vertical axes and the world's [rad], shape (b, p)."""
+        """Angle between the robots' vertical axes and the floor's normal [rad], shape (b, p)."""
+        if self._planar:
+            return np.zeros(self._q.shape[:-1])
         return 2 * np.arcsin(np.minimum(np.hypot(self._q[..., 4], self._q[..., 5]), 1))
 
     def _clear_log(self, value: float = 0.0) -> None:
         shape = (self.substeps, *self._u.shape)
         self._demand_log, self._torque_log = np.full(shape, value), np.full(shape, value)
         self._sensor_log = np.full((self.substeps, *self._sensors.shape), value)
+        self._friction_log = np.full(shape, self.ground.friction)
 
     def _batched(self, array: Array) -> Array:
         return np.array(array if self.batch else array[None], dtype=float)
@@ -259,6 +293,16 @@ def contact_damping(model: mujoco.MjModel, tyre: int) -> float:
     """
     timeconst = max(float(model.geom_solref[tyre, 0]), 2 * float(model.opt.timestep))
     return 2 / (float(model.geom_solimp[tyre, 1]) * timeconst)
+
+
+def friction_regularisation(model: mujoco.MjModel, tyre: int) -> float:
+    """Returns R = (1 - d)/d A/impratio [1/kg] of a tyre's friction rows, which creep at h R f under a force f.
+
+    d is the impedance of the geom's solimp, A the inverse inertia that MuJoCo takes for its body and the floor.
+    """
+    impedance = float(model.geom_solimp[tyre, 1])
+    inverse = float(model.body_invweight0[model.geom_bodyid[tyre], 0])
+    return (1 - impedance) / impedance * inverse / float(model.opt.impratio)
 
 
 def _largest(log: Array) -> Array:

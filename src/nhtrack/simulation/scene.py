@@ -1,11 +1,11 @@
-"""Composes the MuJoCo scene: one arena, one robot model attached n times, contacts derived from the time step."""
+"""A compiled MuJoCo scene: robots of one kind on a floor, and the way around its arrays."""
 
 from __future__ import annotations
 
 import hashlib
 import json
-import os
-from dataclasses import asdict, dataclass, field
+import math
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -16,17 +16,28 @@ from nhtrack import assets
 from nhtrack.arrays import Array
 from nhtrack.diffdrive import DiffDrive, identify
 from nhtrack.diffdrive.identification import Parts, identify_parts
-from nhtrack.diffdrive.reduced_model import GRAVITY
 from nhtrack.errors import RobotError, did_you_mean
-from nhtrack.simulation.palette import robot_colour
+from nhtrack.ground import Ground, Patch
+from nhtrack.simulation.compose import compose, loaded_robot
 
-# Impedance so close to one that penetration, and with it the change of the rolling radius, is a few nanometres.
-_STIFF_SOLIMP = (0.9999, 0.9999, 0.001)
 # Robots are placed this far into the floor [m], so that every contact is active in the first step; at exactly zero
 # distance rounding would decide which are, and the robot would fall on the others.
 _TOUCH = 1e-9
-# A dense Jacobian is quicker for a handful of robots and ruinous for dozens (docs/fidelity.md).
-_DENSE_ROBOTS = 4
+
+
+@dataclass(frozen=True)
+class Payload:
+    """A box of uniform density that every robot carries.
+
+    Attributes:
+        mass: [kg].
+        position: its centre, x and y in the chassis frame and height above the floor [m].
+        size: its edges [m]; zeros for a point.
+    """
+
+    mass: float
+    position: tuple[float, float, float]
+    size: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True)
@@ -43,6 +54,16 @@ class SceneSpec:
         robot_contact: whether robots touch each other.
         virtual_root: whether the root is a marker without a body.
         bounds: rectangle (x_min, x_max, y_min, y_max) [m] that the whole-run cameras frame.
+        base: `free` (a free joint, three supports) or `planar` (held level by slides and a vertical hinge).
+        patches: regions of the floor with a friction of their own.
+        slope: angle of the floor with the horizontal [rad].
+        uphill: direction in which the floor rises [rad].
+        payload: what every robot carries, or None.
+        wheel_mismatch: (r_left - r_right)/r of the tyres; their mean stays r.
+        torque_limit: of each wheel motor [N m], or None for the robot's own.
+        no_load_speed: of each wheel [rad/s], or None for the robot's own.
+        compensation: what the wheel torques are computed for: `nominal` (the robot as its file has it, on a level
+            floor) or `actual` (its payload and the slope as well).
     """
 
     robots: tuple[str, ...]
@@ -54,6 +75,15 @@ class SceneSpec:
     robot_contact: bool = False
     virtual_root: bool = False
     bounds: tuple[float, float, float, float] = (-1.0, 1.0, -1.0, 1.0)
+    base: str = "free"
+    patches: tuple[Patch, ...] = ()
+    slope: float = 0.0
+    uphill: float = 0.0
+    payload: Payload | None = None
+    wheel_mismatch: float = 0.0
+    torque_limit: float | None = None
+    no_load_speed: float | None = None
+    compensation: str = "nominal"
 
     def to_json(self) -> str:
         """Returns the spec as one line of JSON."""
@@ -61,22 +91,42 @@ class SceneSpec:
 
     @classmethod
     def from_json(cls, text: str) -> SceneSpec:
-        """Returns the spec written by `to_json`."""
-        tree = json.loads(text)
-        return cls(**tree | {"robots": tuple(tree["robots"]), "bounds": tuple(tree["bounds"])})
+        """Returns the spec written by `to_json`; what an older one lacks is at its default."""
+        tree = _frozen(json.loads(text))
+        tree["patches"] = tuple(Patch(**patch) for patch in tree.get("patches", ()))
+        if tree.get("payload") is not None:
+            tree["payload"] = Payload(**tree["payload"])
+        return cls(**tree)
 
     @property
     def bodies(self) -> tuple[str, ...]:
         """Names of the robots that have a body in the scene."""
         return self.robots[1:] if self.virtual_root else self.robots
 
+    @property
+    def ground(self) -> Ground:
+        """What the robots stand on."""
+        return Ground(self.friction, self.patches, self.slope, self.uphill)
+
+    @property
+    def radius_factors(self) -> tuple[float, float]:
+        """Radii of the left and the right tyre over the nominal radius."""
+        return 1 + self.wheel_mismatch / 2, 1 - self.wheel_mismatch / 2
+
+
+def _frozen(tree: Any) -> Any:
+    """Returns a JSON tree with its lists as tuples."""
+    if isinstance(tree, dict):
+        return {key: _frozen(value) for key, value in tree.items()}
+    return tuple(_frozen(item) for item in tree) if isinstance(tree, list) else tree
+
 
 @dataclass(frozen=True)
 class Addresses:
     """Where the robots with a body live in MuJoCo's arrays; p robots, wheels left then right."""
 
-    root_qpos: np.ndarray  # (p,) first of the free joint's seven coordinates
-    root_qvel: np.ndarray  # (p,) first of its six velocities
+    root_qpos: np.ndarray  # (p,) first coordinate of the base: x, then y and z
+    root_qvel: np.ndarray  # (p,) first velocity of the base: along x, then y and z
     wheel_qpos: np.ndarray  # (p, 2)
     wheel_qvel: np.ndarray  # (p, 2)
     motors: np.ndarray  # (p, 2)
@@ -91,7 +141,8 @@ class Scene:
     Attributes:
         spec: what it was composed from.
         model: the compiled model.
-        drive: the reduced model of its robots.
+        drive: the reduced model that the wheel torques are computed with.
+        plant: the reduced model of the robots as they are, with what they carry.
         addresses: where each robot lives in the model's arrays.
         marker: mocap id of the virtual root's marker, or None.
         xml: the composed MJCF.
@@ -100,6 +151,7 @@ class Scene:
     spec: SceneSpec
     model: mujoco.MjModel
     drive: DiffDrive
+    plant: DiffDrive
     addresses: Addresses
     marker: int | None
     xml: str = field(repr=False)
@@ -112,7 +164,9 @@ class Scene:
         return hashlib.sha256(buffer.tobytes()).hexdigest()
 
     def qpos_of(self, pose: Array, wheel_angle: Array) -> Array:
-        """Returns MuJoCo coordinates of robots that stand level on the floor.
+        """Returns MuJoCo coordinates of robots that stand on the floor.
+
+        Wheels of unlike radii make a robot lean sideways by asin((r_left - r_right)/(2 b)).
 
         Args:
             pose: poses of the robots with a body, shape (..., p, 3).
@@ -126,8 +180,15 @@ class Scene:
         qpos[..., at.root_qpos] = pose[..., 0]
         qpos[..., at.root_qpos + 1] = pose[..., 1]
         qpos[..., at.root_qpos + 2] = self.drive.wheel_radius - _TOUCH
-        qpos[..., at.root_qpos + 3] = np.cos(pose[..., 2] / 2)
-        qpos[..., at.root_qpos + 6] = np.sin(pose[..., 2] / 2)
+        if self.spec.base == "planar":
+            qpos[..., at.root_qpos + 3] = pose[..., 2]
+        else:
+            lean = math.asin(self.spec.wheel_mismatch * self.drive.wheel_radius / self.drive.wheel_separation) / 2
+            cosine, sine = np.cos(pose[..., 2] / 2), np.sin(pose[..., 2] / 2)
+            qpos[..., at.root_qpos + 3] = cosine * math.cos(lean)
+            qpos[..., at.root_qpos + 4] = cosine * math.sin(lean)
+            qpos[..., at.root_qpos + 5] = sine * math.sin(lean)
+            qpos[..., at.root_qpos + 6] = sine * math.cos(lean)
         qpos[..., at.wheel_qpos] = wheel_angle
         return qpos
 
@@ -143,8 +204,8 @@ class Scene:
         qvel = np.zeros((*pose.shape[:-2], self.model.nv))
         qvel[..., at.root_qvel] = v * np.cos(theta)
         qvel[..., at.root_qvel + 1] = v * np.sin(theta)
-        qvel[..., at.root_qvel + 5] = omega
-        qvel[..., at.wheel_qvel] = self.drive.wheel_speeds(v, omega)
+        qvel[..., at.root_qvel + (3 if self.spec.base == "planar" else 5)] = omega
+        qvel[..., at.wheel_qvel] = self.drive.wheel_speeds(v, omega) / self.spec.radius_factors
         return qvel
 
 
@@ -176,127 +237,47 @@ def load_robot(robot: str) -> mujoco.MjModel:
         raise RobotError(f"{path}: MuJoCo cannot compile it: {error}") from error
 
 
+def reduced_models(spec: SceneSpec) -> tuple[DiffDrive, DiffDrive]:
+    """Returns the reduced model that wheel torques are computed with, and that of the robots as they are.
+
+    Raises:
+        RobotError: as `make_scene`.
+    """
+    alone = load_robot(spec.robot)
+    nominal = plant = _limited(identify(alone), spec)
+    if spec.payload is not None:
+        laden = loaded_robot(robot_path(spec.robot), spec.payload, nominal.wheel_radius, identify_parts(alone))
+        plant = _limited(identify(_compiled(laden, spec.robot)), spec)
+    return (plant if spec.compensation == "actual" else nominal), plant
+
+
+def _limited(drive: DiffDrive, spec: SceneSpec) -> DiffDrive:
+    """Returns a reduced model with the motors' limits and the base of a spec."""
+    limits = {"torque_limit": spec.torque_limit, "no_load_speed": spec.no_load_speed}
+    motor = replace(drive.motor, **{name: limit for name, limit in limits.items() if limit is not None})
+    return replace(drive, motor=motor, levelled=spec.base == "planar")
+
+
 def make_scene(spec: SceneSpec) -> Scene:
     """Returns the compiled scene of a spec.
 
     Raises:
         RobotError: the robot cannot be found, compiled, driven, or attached.
     """
-    mjcf = _mjcf()
-    alone = load_robot(spec.robot)
-    drive, parts = identify(alone), identify_parts(alone)
-    arena = mjcf.from_path(str(assets.models_directory() / "arena" / "scene.xml"))
-    arena.compiler.remove()  # how a robot's file is read is the robot's to say; the arena has no angles
-    _set_options(arena, spec)
-    for index, name in enumerate(spec.robots):
-        if name in spec.bodies:
-            robot = mjcf.from_path(str(robot_path(spec.robot)))
-            robot.model = name
-            _set_contacts(robot, spec, parts)
-            _paint(robot, robot_colour(index))
-            _attach(arena, robot, drive, parts)
-    marker = _add_marker(arena, spec.robots[0]) if spec.virtual_root else None
-    _add_cameras(arena, spec.bounds)
-    xml = arena.to_xml_string()
+    drive, plant = reduced_models(spec)
+    parts = identify_parts(load_robot(spec.robot))
+    arena = compose(spec, robot_path(spec.robot), drive, parts)
+    model = _compiled(arena, spec.robot)
+    marker = int(model.body(spec.robots[0]).mocapid[0]) if spec.virtual_root else None
+    return Scene(spec, model, drive, plant, _addresses(model, spec, parts), marker, arena.to_xml_string())
+
+
+def _compiled(element: Any, robot: str) -> mujoco.MjModel:
+    """Returns the compiled model of a dm_control element."""
     try:
-        model = mujoco.MjModel.from_xml_string(xml, arena.get_assets())
+        return mujoco.MjModel.from_xml_string(element.to_xml_string(), element.get_assets())
     except ValueError as error:
-        raise RobotError(f"a scene of {spec.robot!r} does not compile: {error}") from error
-    mocap = None if marker is None else int(model.body(marker).mocapid[0])
-    return Scene(spec, model, drive, _addresses(model, spec, parts), mocap, xml)
-
-
-def _mjcf() -> Any:
-    """Returns dm_control.mjcf, imported without the search for a display that its renderer would begin."""
-    chosen = os.environ.get("MUJOCO_GL")
-    os.environ["MUJOCO_GL"] = "disable"
-    try:
-        from dm_control import mjcf
-    finally:
-        if chosen is None:
-            del os.environ["MUJOCO_GL"]
-        else:
-            os.environ["MUJOCO_GL"] = chosen
-    return mjcf
-
-
-def _set_options(arena: Any, spec: SceneSpec) -> None:
-    option = arena.option
-    option.timestep = spec.timestep
-    option.gravity = (0, 0, -GRAVITY)
-    option.integrator = "implicitfast"
-    option.cone = "elliptic"  # the pyramid loses 29 % of the friction limit at 45 degrees
-    option.solver = "Newton"
-    option.impratio = 10  # tenfold less creep of the regularised friction, at no visible cost
-    option.tolerance = 1e-12
-    option.iterations = 100
-    option.jacobian = "dense" if len(spec.bodies) <= _DENSE_ROBOTS else "sparse"
-    option.flag.autoreset = "disable"  # a diverged state is an error to report, not one to hide by a reset
-
-
-def _set_contacts(robot: Any, spec: SceneSpec, parts: Parts) -> None:
-    """Writes contact parameters and collision masks into one robot's MJCF."""
-    for name in parts.collision_geoms:
-        geom = robot.find("geom", name)
-        # The floor's type is 1: robots see it by their affinity 1, and each other only by type and affinity 2.
-        geom.contype, geom.conaffinity = (2, 3) if spec.robot_contact else (0, 1)
-        if spec.contact == "stiff" and name in (*parts.tyres, *parts.casters):
-            geom.solref, geom.solimp = (2 * spec.timestep, 1), _STIFF_SOLIMP
-    for name in parts.tyres:
-        geom = robot.find("geom", name)
-        geom.friction, geom.condim, geom.priority = (spec.friction, 0.005, 0.0001), 3, 1
-        robot.sensor.add("contact", name=name, geom1=geom, data="force", reduce="netforce", num=1)
-    for name in parts.casters:
-        geom = robot.find("geom", name)
-        geom.condim, geom.priority = 1, 1
-
-
-def _paint(robot: Any, colour: str) -> None:
-    accent = robot.find("material", "accent")
-    if accent is not None:
-        accent.rgba = (*_rgb(colour), 1)
-
-
-def _rgb(colour: str) -> tuple[float, float, float]:
-    """Returns red, green and blue from 0 to 1 of a colour written #rrggbb."""
-    red, green, blue = (int(colour[i : i + 2], 16) / 255 for i in (1, 3, 5))
-    return red, green, blue
-
-
-def _attach(arena: Any, robot: Any, drive: DiffDrive, parts: Parts) -> None:
-    """Hangs one robot into the arena by a free joint at its axle midpoint."""
-    for settings in (robot.option, robot.size, robot.statistic, robot.visual):
-        settings.remove()  # the scene decides these; where both speak, dm_control would merge or refuse
-    chassis = robot.find("body", parts.chassis)
-    for joint in chassis.get_children("freejoint"), *chassis.get_children("joint"):
-        if joint is not None and (joint.tag == "freejoint" or joint.type == "free"):
-            joint.remove()
-    chassis.pos, chassis.quat = (0, 0, 0), (1, 0, 0, 0)
-    frame = arena.worldbody.attach(robot)
-    frame.pos = (0, 0, drive.wheel_radius)
-    frame.add("freejoint", name="root")
-
-
-def _add_marker(arena: Any, name: str) -> str:
-    """Adds the moving marker of a virtual leader and returns its body's name."""
-    body = arena.worldbody.add("body", name=name, mocap=True)
-    look = {"rgba": (*_rgb(robot_colour(0)), 0.6), "contype": 0, "conaffinity": 0, "group": 2}
-    body.add("geom", type="cylinder", size=(0.05, 0.002), pos=(0, 0, 0.002), **look)
-    body.add("geom", type="capsule", size=(0.006,), fromto=(0, 0, 0.01, 0.07, 0, 0.01), **look)
-    return name
-
-
-def _add_cameras(arena: Any, bounds: tuple[float, float, float, float]) -> None:
-    """Adds `top` and `isometric`, which frame a rectangle of the floor [m]."""
-    x_min, x_max, y_min, y_max = bounds
-    centre = np.array([(x_min + x_max) / 2, (y_min + y_max) / 2, 0.0])
-    span = max(x_max - x_min, (y_max - y_min) * 4 / 3, 0.5)
-    distance = 0.6 * span / np.tan(np.radians(45) / 2)
-    above = centre + np.array([0, 0, distance])
-    arena.worldbody.add("camera", name="top", pos=above, xyaxes=(1, 0, 0, 0, 1, 0), fovy=45)
-    ahead = np.array([np.cos(np.radians(40)), 0, np.sin(np.radians(40))])
-    position = centre + distance * np.array([0, -ahead[0], ahead[2]])
-    arena.worldbody.add("camera", name="isometric", pos=position, xyaxes=(1, 0, 0, 0, ahead[2], ahead[0]), fovy=45)
+        raise RobotError(f"a scene of {robot!r} does not compile: {error}") from error
 
 
 def _addresses(model: mujoco.MjModel, spec: SceneSpec, parts: Parts) -> Addresses:

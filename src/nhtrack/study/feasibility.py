@@ -6,14 +6,14 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-from nhtrack.diffdrive import DiffDrive, identify
+from nhtrack.diffdrive import DiffDrive
 from nhtrack.errors import FeasibilityError
-from nhtrack.rollout import Progress, Rollout, rollout
-from nhtrack.scenario.build import Experiment, build
+from nhtrack.rollout import Progress, Rollout
+from nhtrack.scenario.build import Experiment, build, make_scene_spec
 from nhtrack.scenario.checks import MOST_PERIODS
 from nhtrack.scenario.schema import Scenario
 from nhtrack.simulation.kinematics import Kinematics
-from nhtrack.simulation.scene import load_robot
+from nhtrack.simulation.scene import reduced_models
 from nhtrack.study.demand import Binding, Demand, bindings, demands, rounded_up
 
 _CLOSE_ENOUGH = 0.998  # a fitting time scale this close to what its own run asks for is taken
@@ -91,20 +91,25 @@ def feasibility(scenario: Scenario, progress: Progress | None = None) -> Feasibi
     Raises:
         FeasibilityError: `time: auto` and no time scale fits, or the law does not hold the robots at this one.
     """
-    drive, auto = identify(load_robot(scenario.robot)), scenario.similarity.time == "auto"
+    drive, auto = plant_of(scenario), scenario.similarity.time == "auto"
     scenario = with_time(scenario, progress)
     experiment = build(scenario)
     run, lost = ideal_motion(experiment, progress)
     if lost:
         raise FeasibilityError(f"at similarity.time {scenario.similarity.time_scale:g} the ideal run diverges")
-    friction = scenario.physics.friction
-    wanted = demands(experiment, run, drive, friction)
-    bound = bindings(experiment, run, drive, scenario.similarity.friction_margin * friction)
+    ground = experiment.scene.ground
+    wanted = demands(experiment, run, drive, ground)
+    bound = bindings(experiment, run, drive, ground.scaled(scenario.similarity.friction_margin))
     try:
-        smallest = scenario.similarity.time_scale if auto else fitting_time(scenario, drive, progress)
+        smallest = scenario.similarity.time_scale if auto else fitting_time(scenario, progress)
         return Feasibility(scenario, wanted, bound, smallest)
     except FeasibilityError as error:
         return Feasibility(scenario, wanted, bound, None, str(error))
+
+
+def plant_of(scenario: Scenario) -> DiffDrive:
+    """Returns the reduced model of a scenario's robots as they are, with what they carry and their motors' limits."""
+    return reduced_models(make_scene_spec(scenario))[1]
 
 
 def with_time(scenario: Scenario, progress: Progress | None = None) -> Scenario:
@@ -115,10 +120,10 @@ def with_time(scenario: Scenario, progress: Progress | None = None) -> Scenario:
     """
     if scenario.similarity.time != "auto":
         return scenario
-    return _at_time(scenario, fitting_time(scenario, identify(load_robot(scenario.robot)), progress))
+    return _at_time(scenario, fitting_time(scenario, progress))
 
 
-def fitting_time(scenario: Scenario, drive: DiffDrive, progress: Progress | None = None) -> float:
+def fitting_time(scenario: Scenario, progress: Progress | None = None) -> float:
     """Returns the smallest time scale at which the ideal run fits wheels and motors, rounded up to four digits.
 
     One run tells by what factor its motion may be sped up. The control rate stays on the robot's clock, so the run at
@@ -128,6 +133,7 @@ def fitting_time(scenario: Scenario, drive: DiffDrive, progress: Progress | None
     Raises:
         FeasibilityError: nothing fits, with robot, time and quantity.
     """
+    drive = plant_of(scenario)
     per_unit = scenario.duration * scenario.control_rate  # control periods at T = 1
     floor, ceiling = rounded_up(_FEWEST_PERIODS / per_unit), MOST_PERIODS / per_unit
     time, too_small, fitted = max(_FIRST_PERIODS / per_unit, floor), 0.0, None
@@ -171,23 +177,14 @@ def _worst(scenario: Scenario, drive: DiffDrive, progress: Progress | None) -> B
     run, lost = ideal_motion(experiment, progress)
     if lost:
         return None
-    friction = scenario.similarity.friction_margin * scenario.physics.friction
-    found = bindings(experiment, run, drive, friction)
+    found = bindings(experiment, run, drive, experiment.scene.ground.scaled(scenario.similarity.friction_margin))
     return min(found, key=lambda binding: binding.factor)
 
 
 def ideal_motion(experiment: Experiment, progress: Progress | None = None) -> tuple[Rollout, bool]:
     """Returns the run of an experiment on the ideal model, without telemetry, and whether a robot ran away."""
     simulation = Kinematics(experiment.network.names, experiment.dt)
-    run = rollout(
-        simulation,
-        experiment.law,
-        experiment.network,
-        experiment.inputs,
-        experiment.start,
-        experiment.tracking,
-        progress,
-    )
+    run = experiment.rollout(simulation, progress)
     if run.interrupted:
         raise KeyboardInterrupt
     return run, bool(simulation.lost.any())

@@ -11,6 +11,7 @@ import numpy as np
 from nhtrack.arrays import Array
 from nhtrack.diffdrive import DiffDrive
 from nhtrack.errors import NhtrackError, did_you_mean
+from nhtrack.ground import Ground
 from nhtrack.metrics import LATE, SETTLED
 from nhtrack.rollout import Rollout
 from nhtrack.study.demand import largest_factors, motion_of
@@ -43,15 +44,15 @@ class Figures(NamedTuple):
     pace: Array
 
 
-def figures_of(run: Rollout, bodies: list[int], drive: DiffDrive, friction: float, margin: float) -> Figures:
+def figures_of(run: Rollout, bodies: list[int], drive: DiffDrive, ground: Ground, margin: float) -> Figures:
     """Returns the figures of a batch of runs on the ideal model.
 
     Args:
         run: with a batch shape (b,).
         bodies: indices of the robots that have wheels.
         drive: their reduced model.
-        friction: coefficient of wheels and floor.
-        margin: share of it that may be used.
+        ground: what they stand on.
+        margin: share of its friction that may be used.
     """
     error = run.variables["error"][:, :, 1:]
     distance, heading = np.hypot(error[..., 0], error[..., 1]), np.abs(error[..., 2])
@@ -64,9 +65,11 @@ def figures_of(run: Rollout, bodies: list[int], drive: DiffDrive, friction: floa
     utilisation, pace = np.zeros(len(path)), np.zeros(len(path))
     for robot in bodies:  # one at a time: these are the largest arrays of a search
         motion = motion_of(run, robot)
-        utilisation = np.maximum(utilisation, drive.friction_utilisation(*motion.rates, friction).max(axis=(0, -1)))
+        friction, gravity = ground.friction_at(drive.wheel_places(motion.g)), ground.gravity_at(motion.g[..., 2])
+        used = drive.friction_utilisation(*motion.rates, friction, gravity)
+        utilisation = np.maximum(utilisation, used.max(axis=(0, -1)))
         with np.errstate(divide="ignore"):
-            pace = np.maximum(pace, 1 / largest_factors(motion, drive, margin * friction).min(axis=(0, 1, -1)))
+            pace = np.maximum(pace, 1 / largest_factors(motion, drive, ground.scaled(margin)).min(axis=(0, 1, -1)))
     return Figures(
         distance[late:].max(axis=(0, 2)) / np.maximum(path, distance[0].max(axis=-1)),
         heading[late:].max(axis=(0, 2)),

@@ -19,17 +19,15 @@ from scipy.special import ndtri
 from scipy.stats import qmc
 
 from nhtrack.arrays import Array
-from nhtrack.diffdrive import DiffDrive, identify
+from nhtrack.diffdrive import DiffDrive
 from nhtrack.errors import NhtrackError, did_you_mean
-from nhtrack.rollout import Progress, rollout
+from nhtrack.rollout import Progress
 from nhtrack.scenario.build import build, make_law
 from nhtrack.scenario.schema import Scenario
 from nhtrack.similarity import Similarity
 from nhtrack.simulation.kinematics import Kinematics
-from nhtrack.simulation.scene import load_robot
-from nhtrack.simulation.state import State
 from nhtrack.study.demand import robots_with_wheels
-from nhtrack.study.feasibility import with_time
+from nhtrack.study.feasibility import plant_of, with_time
 from nhtrack.study.objective import Figures, Objective, figures_of
 
 SEARCH_PERIODS = 2000  # control periods of a search run, at most
@@ -158,7 +156,7 @@ def tune(
     objective = objective or Objective(late=1.0)
     scenario = with_time(scenario, stage("time scale") if stage is not None else None)
     box = _Box.of(scenario, seed, below_bound)
-    trial = _Trial(scenario, box.names, objective, identify(load_robot(scenario.robot)))
+    trial = _Trial(scenario, box.names, objective, plant_of(scenario))
     report = stage("tuning") if stage is not None else lambda done, total: None
     found, costs, history = _search(trial, box, budget, report)
     order = np.argsort(costs, kind="stable")[:_FINALISTS]
@@ -288,23 +286,13 @@ class _Trial:
     def _figures(self, scenario: Scenario, batch: Array, progress: Progress) -> Figures:
         """Returns the figures of one batched rollout; NaN for the candidates that lose their robots."""
         experiment = build(_with_gains(scenario, {name: batch[:, i, None] for i, name in enumerate(self._names)}))
-        start = experiment.start
-        starts = State(start.t, *(np.broadcast_to(x, (len(batch), *x.shape)) for x in (start.g, start.xi)))
         simulation = Kinematics(experiment.network.names, experiment.dt)
-        run = rollout(
-            simulation,
-            experiment.law,
-            experiment.network,
-            experiment.inputs,
-            starts,
-            experiment.tracking,
-            progress,
-        )
+        run = experiment.rollout(simulation, progress, batch=(len(batch),))
         if run.interrupted:
             raise KeyboardInterrupt
         bodies = list(robots_with_wheels(experiment).values())
-        friction, margin = scenario.physics.friction, scenario.similarity.friction_margin
-        figures = figures_of(run, bodies, self._drive, friction, margin)
+        margin = scenario.similarity.friction_margin
+        figures = figures_of(run, bodies, self._drive, experiment.scene.ground, margin)
         return Figures(*(np.where(simulation.lost, np.nan, values) for values in figures))
 
 
