@@ -1,281 +1,468 @@
-"""The robot nh_mini and the arena: structure, statics, mass budget, motors, and rest on the floor."""
+"""Bundled robots and the arena: what every robot must satisfy, what nh_mini and burger promise besides, the arena."""
+
+from __future__ import annotations
 
 import re
 import tomllib
+from collections.abc import Iterator
 from pathlib import Path
 from types import ModuleType
+from typing import NamedTuple
 
 import mujoco
 import numpy as np
 import pytest
 
+from nhtrack import assets
+
 MODELS = Path(__file__).resolve().parents[2] / "models"
-ROBOT = MODELS / "nh_mini" / "robot.xml"
 ARENA = MODELS / "arena" / "scene.xml"
 GRAVITY = 9.81
-GEOMETRY = 1e-12  # [m] coordinates written in the MJCF, after one or two additions
+TYRES, SUPPORTS = ("left_tyre", "right_tyre"), ("left_tyre", "right_tyre", "caster")
 STIFF_SOLREF, STIFF_SOLIMP = (0.002, 1.0), (0.9999, 0.9999, 0.001, 0.5, 2.0)
-PLACES = ((0.0, 0.0, 0.0), (0.5, 0.3, 1.2), (-0.4, 0.6, -2.5))
+PLACES = ((0.0, 0.0, 0.0), (8.0, 5.0, 1.2), (-7.0, 10.0, -2.5))  # x, y in the robot's reach; theta [rad]
+
+# [m] coordinates written in the MJCF, after one or two additions.
+GEOMETRY = 1e-12
+# [m] by how much a drawn part may stand out of the hull: too little to be seen when two robots meet; the corners of
+# nh_mini's drawn tyres do by 1.1 mm.
+STANDING_OUT = 1.5e-3
+# A README rounds; beyond its last digit, and beyond a thousandth, it is wrong.
+ROUNDED = 1e-3
+
+
+class Robot(NamedTuple):
+    """A bundled robot, compiled, and its state at the reference configuration."""
+
+    name: str
+    model: mujoco.MjModel
+    data: mujoco.MjData
+
+    @property
+    def radius(self) -> float:
+        return float(self.model.geom("left_tyre").size[0])
+
+    @property
+    def half_separation(self) -> float:
+        return float(self.model.body("left_wheel").pos[1])
+
+    @property
+    def com(self) -> np.ndarray:
+        """Centre of mass of the whole robot in the chassis frame [m]."""
+        return np.array(self.data.subtree_com[self.model.body("chassis").id])
+
+    @property
+    def mass_matrix(self) -> np.ndarray:
+        """MuJoCo's own: root x, y, z, three rotations, left wheel, right wheel; shape (8, 8)."""
+        matrix = np.zeros((self.model.nv, self.model.nv))
+        mujoco.mj_fullM(self.model, self.data, matrix)
+        return matrix
+
+    @property
+    def hulls(self) -> list[str]:
+        names = [self.model.geom(index).name for index in range(self.model.ngeom)]
+        return [name for name in names if name.startswith("hull")]
+
+
+def load(name: str) -> Robot:
+    model = mujoco.MjModel.from_xml_path(str(MODELS / name / "robot.xml"))
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    return Robot(name, model, data)
+
+
+@pytest.fixture(scope="module", params=assets.robots())
+def robot(request: pytest.FixtureRequest) -> Robot:
+    return load(request.param)
 
 
 @pytest.fixture(scope="module")
-def robot() -> mujoco.MjModel:
-    return mujoco.MjModel.from_xml_path(str(ROBOT))
+def nh_mini() -> Robot:
+    return load("nh_mini")
 
 
 @pytest.fixture(scope="module")
-def data(robot: mujoco.MjModel) -> mujoco.MjData:
-    data = mujoco.MjData(robot)
-    mujoco.mj_forward(robot, data)
-    return data
+def burger() -> Robot:
+    return load("burger")
 
 
-@pytest.fixture
-def mjcf(monkeypatch: pytest.MonkeyPatch) -> ModuleType:
-    monkeypatch.setenv("MUJOCO_GL", "disable")  # dm_control would otherwise look for a display on import
-    from dm_control import mjcf
+@pytest.fixture(scope="module")
+def mjcf() -> Iterator[ModuleType]:
+    with pytest.MonkeyPatch.context() as monkeypatch:
+        monkeypatch.setenv("MUJOCO_GL", "disable")  # dm_control would otherwise look for a display on import
+        from dm_control import mjcf
 
-    return mjcf
+        yield mjcf
 
 
-@pytest.fixture
-def trio(mjcf: ModuleType) -> mujoco.MjModel:
+def three_of(robot: Robot, mjcf: ModuleType) -> mujoco.MjModel:
     """Three robots attached to the arena, with a contact stiff enough to call the floor rigid."""
     arena = mjcf.from_path(str(ARENA))
     for index, (x, y, theta) in enumerate(PLACES):
-        robot = mjcf.from_path(str(ROBOT))
-        robot.model = f"r{index}"
-        robot.find("joint", "root").remove()  # MuJoCo wants a free joint on a top-level body: the frame
-        for name in ("left_tyre", "right_tyre", "caster"):
-            robot.find("geom", name).solref, robot.find("geom", name).solimp = STIFF_SOLREF, STIFF_SOLIMP
-        frame = arena.attach(robot)
-        frame.pos, frame.euler = (x, y, 0.03), (0, 0, theta)
+        one = mjcf.from_path(str(MODELS / robot.name / "robot.xml"))
+        one.model = f"r{index}"
+        one.find("joint", "root").remove()  # MuJoCo wants a free joint on a top-level body: the frame
+        for name in SUPPORTS:
+            one.find("geom", name).solref, one.find("geom", name).solimp = STIFF_SOLREF, STIFF_SOLIMP
+        frame = arena.attach(one)
+        frame.pos, frame.euler = (x * reach(robot), y * reach(robot), robot.radius), (0, 0, theta)
         frame.add("freejoint", name="root")
     return mujoco.MjModel.from_xml_string(arena.to_xml_string(), arena.get_assets())
 
 
-def support_loads(robot: mujoco.MjModel, data: mujoco.MjData) -> np.ndarray:
+@pytest.fixture(scope="module")
+def trio(robot: Robot, mjcf: ModuleType) -> mujoco.MjModel:
+    return three_of(robot, mjcf)
+
+
+def standing(trio: mujoco.MjModel) -> mujoco.MjData:
+    """Three robots about to step, one nanometre in the floor.
+
+    At exactly zero distance rounding decides which of the three contacts is active in the first step, and a robot would
+    fall and tilt for a millisecond.
+    """
+    state = mujoco.MjData(trio)
+    state.qpos[2::9] -= 1e-9
+    return state
+
+
+def driven(trio: mujoco.MjModel, torque: float) -> mujoco.MjData:
+    """Three robots 50 ms after a torque [N m] was put on all their wheels."""
+    state = standing(trio)
+    for name in ("r0", "r1", "r2"):
+        for side in ("left", "right"):
+            state.joint(f"{name}/{side}_wheel").qfrc_applied = torque
+    mujoco.mj_step(trio, state, nstep=50)
+    return state
+
+
+def casters_on_floor(trio: mujoco.MjModel, state: mujoco.MjData) -> int:
+    casters = {trio.geom(f"{name}/caster").id for name in ("r0", "r1", "r2")}
+    return sum(bool(casters & set(contact.geom)) for contact in state.contact)
+
+
+# shapes and supports, worked out independently of the library ---------------------------------------------------------
+
+
+def shape_of(model: mujoco.MjModel, name: str | int) -> str:
+    """What a geom is: sphere, capsule, ellipsoid, cylinder or box."""
+    return mujoco.mjtGeom(int(model.geom(name).type[0])).name.removeprefix("mjGEOM_").lower()
+
+
+def half_extents(model: mujoco.MjModel, index: int) -> np.ndarray:
+    """Half the size of a geom along its own axes [m], shape (3,)."""
+    shape, size = shape_of(model, index), model.geom_size[index]
+    if shape == "sphere":
+        return np.full(3, size[0])
+    if shape == "cylinder":
+        return np.array([size[0], size[0], size[1]])
+    if shape == "capsule":
+        return np.array([size[0], size[0], size[1] + size[0]])
+    assert shape in ("box", "ellipsoid"), model.geom(index).name
+    return np.array(size)
+
+
+def outline(robot: Robot, index: int) -> np.ndarray:
+    """Points that a geom covers when seen from above, the outermost among them; chassis frame [m], shape (k, 2)."""
+    angle = np.linspace(0, 2 * np.pi, 73)
+    ring = np.column_stack([np.cos(angle), np.sin(angle)])
+    shape = shape_of(robot.model, index)
+    if shape == "box":
+        unit = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], dtype=float)
+    elif shape == "cylinder":
+        unit = np.vstack([np.column_stack([ring, np.full(len(ring), end)]) for end in (-1.0, 1.0)])
+    else:  # ellipsoids, spheres, and of a capsule the ellipsoid that it contains
+        unit = np.vstack([np.insert(ring, axis, 0.0, axis=1) for axis in range(3)])
+    local = unit * half_extents(robot.model, index)
+    return np.asarray((robot.data.geom_xpos[index] + local @ robot.data.geom_xmat[index].reshape(3, 3).T)[:, :2])
+
+
+def distance_outside(robot: Robot, points: np.ndarray) -> np.ndarray:
+    """How far points are outside the hull, seen from above [m], shape (k,); the hull is upright boxes and cylinders."""
+    nearest = np.full(len(points), np.inf)
+    for name in robot.hulls:
+        geom = robot.model.geom(name)
+        away = points - geom.pos[:2]
+        if shape_of(robot.model, name) == "cylinder":
+            outside = np.hypot(*away.T) - geom.size[0]
+        else:
+            outside = (np.abs(away) - geom.size[:2]).max(axis=1)
+        nearest = np.minimum(nearest, outside)
+    return nearest
+
+
+def reach(robot: Robot) -> float:
+    """How far the hull reaches from the axle midpoint [m]."""
+    corners = [outline(robot, robot.model.geom(name).id) for name in robot.hulls]
+    return float(np.hypot(*np.vstack(corners).T).max())
+
+
+def support_loads(robot: Robot) -> np.ndarray:
     """Loads [N] on left tyre, right tyre, caster: three points carry a weight at the centre of mass."""
-    points = np.array([data.geom(name).xpos for name in ("left_tyre", "right_tyre", "caster")])
-    weight = GRAVITY * robot.body_subtreemass[robot.body("chassis").id]
-    com = data.subtree_com[robot.body("chassis").id]
+    points = np.array([robot.data.geom(name).xpos for name in SUPPORTS])
     balance = np.vstack([np.ones(3), points[:, 0], points[:, 1]])
-    return np.linalg.solve(balance, weight * np.array([1.0, com[0], com[1]]))
+    return np.linalg.solve(balance, GRAVITY * robot.model.body_mass.sum() * np.array([1.0, *robot.com[:2]]))
 
 
-# structure ------------------------------------------------------------------------------------------------
+def lifting_braking(robot: Robot) -> float:
+    """Deceleration [m/s^2] at which the caster leaves the floor: m g d = (m h + 2 I_w / r) a."""
+    matrix, r = robot.mass_matrix, robot.radius
+    return float(-matrix[0, 0] * GRAVITY * robot.com[0] / (matrix[0, 0] * (robot.com[2] + r) + 2 * matrix[6, 6] / r))
 
 
-def test_one_free_chassis_stands_on_two_hinged_wheels(robot: mujoco.MjModel) -> None:
-    bodies = [robot.body(index).name for index in range(robot.nbody)]
+def spinning_forward(robot: Robot) -> float:
+    """Acceleration [m/s^2] at which the wheels spin on friction 1.
+
+    The floor pushes the tyres with m a, at most their load: m a = m g - N, where the caster at c_x < 0 bears
+    N = (m g d + (m h + 2 I_w / r) a) / |c_x|.
+    """
+    matrix, r = robot.mass_matrix, robot.radius
+    mass, behind = matrix[0, 0], -robot.model.geom("caster").pos[0]
+    pitching = mass * (robot.com[2] + r) + 2 * matrix[6, 6] / r
+    return float(mass * GRAVITY * (1 + robot.com[0] / behind) / (mass + pitching / behind))
+
+
+def sideways_tipping(robot: Robot) -> float:
+    """Sideways acceleration [m/s^2] at which a robot tips over the line from a tyre to the caster, seen from above."""
+    b, caster = robot.half_separation, robot.data.geom("caster").xpos[0]
+    normal = np.array([-b, -caster]) / np.hypot(b, caster)
+    arm = normal @ (np.array([0.0, b]) - robot.com[:2])
+    return float(GRAVITY * arm / (robot.com[2] + robot.radius))
+
+
+def torque_for(robot: Robot, acceleration: float) -> float:
+    """Torque [N m] of each wheel that accelerates a robot straight ahead without slip."""
+    matrix, r = robot.mass_matrix, robot.radius
+    return float(acceleration * r / 2 * (matrix[0, 0] + 2 * matrix[6, 6] / r**2))
+
+
+# structure ------------------------------------------------------------------------------------------------------------
+
+
+def test_a_robot_comes_with_its_papers(robot: Robot) -> None:
+    for file in ("README.md", "CHANGELOG.md", "picture.py", f"{robot.name}.png"):
+        assert (MODELS / robot.name / file).is_file(), file
+    readme = (MODELS / robot.name / "README.md").read_text()
+    assert f"]({robot.name}.png)" in readme
+    assert "What is left out" in readme
+
+
+def test_one_free_chassis_stands_on_two_hinged_wheels(robot: Robot) -> None:
+    model = robot.model
+    bodies = [model.body(index).name for index in range(model.nbody)]
     assert bodies == ["world", "chassis", "left_wheel", "right_wheel"]
-    assert robot.joint("root").type == mujoco.mjtJoint.mjJNT_FREE
-    assert robot.nv == 8
+    assert model.joint("root").type == mujoco.mjtJoint.mjJNT_FREE
+    assert model.nv == 8
     for side in ("left", "right"):
-        joint = robot.joint(f"{side}_wheel")
+        joint = model.joint(f"{side}_wheel")
         assert joint.type == mujoco.mjtJoint.mjJNT_HINGE
-        assert robot.body(f"{side}_wheel").parentid == robot.body("chassis").id
+        assert model.body(f"{side}_wheel").parentid == model.body("chassis").id
         np.testing.assert_array_equal(joint.axis, [0, 1, 0])
         np.testing.assert_array_equal(joint.pos, [0, 0, 0])
-        assert joint.stiffness == joint.damping[0] == joint.frictionloss[0] == joint.armature[0] == 0
+        assert joint.stiffness == joint.damping[0] == joint.frictionloss[0] == 0
         assert not joint.limited
+    assert model.joint("left_wheel").armature[0] == model.joint("right_wheel").armature[0] >= 0
 
 
-def test_the_origin_is_the_axle_midpoint(robot: mujoco.MjModel) -> None:
-    left, right = robot.body("left_wheel").pos, robot.body("right_wheel").pos
+def test_the_origin_is_the_axle_midpoint(robot: Robot) -> None:
+    left, right = robot.model.body("left_wheel").pos, robot.model.body("right_wheel").pos
     np.testing.assert_array_equal(left + right, [0, 0, 0])
     assert left[1] > 0
     assert left[0] == left[2] == 0
 
 
-def test_wheels_and_caster_touch_one_floor(robot: mujoco.MjModel, data: mujoco.MjData) -> None:
-    lowest = {
-        name: data.geom(name).xpos[2] - robot.geom(name).size[-1 if "tyre" in name else 0]
-        for name in ("left_tyre", "right_tyre", "caster")
-    }
-    wheel_radius = robot.geom("left_tyre").size[0]
-    assert wheel_radius == 0.03
-    for name, height in lowest.items():
-        assert height == pytest.approx(-wheel_radius, abs=GEOMETRY), name
+def test_wheels_and_caster_touch_one_floor(robot: Robot) -> None:
+    for name in SUPPORTS:
+        index = robot.model.geom(name).id
+        lowest = robot.data.geom_xpos[index, 2] - half_extents(robot.model, index)[2]
+        assert lowest == pytest.approx(-robot.radius, abs=GEOMETRY), name
 
 
-def test_tyres_are_round_and_resist_sliding_in_one_point(robot: mujoco.MjModel) -> None:
-    for side in ("left", "right"):
-        tyre = robot.geom(f"{side}_tyre")
-        assert tyre.type == mujoco.mjtGeom.mjGEOM_ELLIPSOID
+def test_tyres_are_round_and_resist_sliding_in_one_point(robot: Robot) -> None:
+    for name in TYRES:
+        tyre = robot.model.geom(name)
+        assert shape_of(robot.model, name) == "ellipsoid"
         assert tyre.size[0] == tyre.size[2] > 5 * tyre.size[1]
         assert (tyre.condim, tyre.priority, tyre.friction[0]) == (3, 1, 1.0)
         np.testing.assert_array_equal(tyre.pos, [0, 0, 0])
+    np.testing.assert_array_equal(robot.model.geom("left_tyre").size, robot.model.geom("right_tyre").size)
 
 
-def test_the_caster_is_a_frictionless_ball(robot: mujoco.MjModel) -> None:
-    caster = robot.geom("caster")
-    assert caster.type == mujoco.mjtGeom.mjGEOM_SPHERE
+def test_the_caster_is_a_frictionless_ball(robot: Robot) -> None:
+    caster = robot.model.geom("caster")
+    assert shape_of(robot.model, "caster") == "sphere"
     assert (caster.condim, caster.priority) == (1, 1)
-    assert robot.body(caster.bodyid[0]).name == "chassis"
+    assert robot.model.body(caster.bodyid[0]).name == "chassis"
     assert caster.pos[1] == 0
 
 
-def test_the_hull_clears_the_floor_and_encloses_the_tyres(robot: mujoco.MjModel) -> None:
-    hull, tyre = robot.geom("hull"), robot.geom("left_tyre")
-    radius, half_height = hull.size[:2]
-    assert hull.pos[2] - half_height > -0.03 + 0.005
-    angle = np.linspace(0, 2 * np.pi, 3601)
-    outline = np.hypot(tyre.size[0] * np.cos(angle), 0.05 + tyre.size[1] * np.sin(angle))
-    assert outline.max() < radius
+def test_the_hull_clears_the_floor_and_encloses_the_robot(robot: Robot) -> None:
+    for name in robot.hulls:
+        hull = robot.model.geom(name)
+        assert shape_of(robot.model, name) in ("box", "cylinder")
+        np.testing.assert_array_equal(hull.quat, [1, 0, 0, 0])
+        assert hull.pos[2] - half_extents(robot.model, hull.id)[2] > -robot.radius + 0.005
+    for name in TYRES:
+        assert distance_outside(robot, outline(robot, robot.model.geom(name).id)).max() < 0, name
+    for index in range(robot.model.ngeom):
+        assert distance_outside(robot, outline(robot, index)).max() < STANDING_OUT, robot.model.geom(index).name
 
 
-def test_only_named_primitives_collide(robot: mujoco.MjModel) -> None:
-    colliding = {
-        robot.geom(i).name for i in range(robot.ngeom) if robot.geom_contype[i] or robot.geom_conaffinity[i]
-    }
-    assert colliding == {"left_tyre", "right_tyre", "caster", "hull"}
-    for index in range(robot.ngeom):
-        geom = robot.geom(index)
+def test_only_named_primitives_collide(robot: Robot) -> None:
+    model = robot.model
+    colliding = {model.geom(i).name for i in range(model.ngeom) if model.geom_contype[i] or model.geom_conaffinity[i]}
+    assert robot.hulls
+    assert colliding == {*SUPPORTS, *robot.hulls}
+    for index in range(model.ngeom):
+        geom = model.geom(index)
         assert geom.name
         assert geom.group == (3 if geom.name in colliding else 2), geom.name
 
 
-def test_the_robot_is_its_own_mirror_image(robot: mujoco.MjModel, data: mujoco.MjData) -> None:
-    def shape(index: int, sign: float) -> tuple[object, ...]:
-        x, y, z = data.geom_xpos[index]
-        size = robot.geom_size[index].tolist()
-        numbers = np.round([x, sign * y, z, *size], 9) + 0.0  # + 0.0 turns -0.0 into 0.0
-        return (robot.geom_type[index], robot.geom_matid[index], *numbers)
+def test_the_robot_is_its_own_mirror_image(robot: Robot) -> None:
+    model, data = robot.model, robot.data
 
-    everything = range(robot.ngeom)
-    assert sorted(shape(i, 1.0) for i in everything) == sorted(shape(i, -1.0) for i in everything)
-    mass_matrix = np.zeros((robot.nv, robot.nv))
-    mujoco.mj_fullM(robot, data, mass_matrix)
+    def shape(index: int, mirror: np.ndarray) -> tuple[float, ...]:
+        axes = mirror @ data.geom_xmat[index].reshape(3, 3)
+        spread = axes @ np.diag(half_extents(model, index) ** 2) @ axes.T  # the same for every way to write a shape
+        place = mirror @ data.geom_xpos[index]
+        numbers = np.round([*place, *(1e3 * spread[np.triu_indices(3)])], 9) + 0.0  # + 0.0 turns -0.0 into 0.0
+        return (float(model.geom_type[index]), float(model.geom_matid[index]), *numbers)
+
+    everything = range(model.ngeom)
+    across = np.diag([1.0, -1.0, 1.0])
+    assert sorted(shape(i, across) for i in everything) == sorted(shape(i, np.eye(3)) for i in everything)
     mirror = np.diag([1, -1, 1, -1, 1, -1, 0, 0])
     mirror[6, 7] = mirror[7, 6] = 1
-    np.testing.assert_allclose(mirror @ mass_matrix @ mirror, mass_matrix, rtol=0, atol=1e-15)
+    matrix = robot.mass_matrix
+    np.testing.assert_allclose(mirror @ matrix @ mirror, matrix, rtol=0, atol=1e-15 * max(1.0, np.abs(matrix).max()))
 
 
-def test_a_robot_can_be_recoloured_and_looked_at(robot: mujoco.MjModel) -> None:
-    assert np.sum(robot.geom_matid == robot.material("accent").id) >= 5
-    assert {robot.camera(i).name for i in range(robot.ncam)} == {"chase", "onboard"}
+def test_a_robot_can_be_recoloured_and_looked_at(robot: Robot) -> None:
+    assert np.sum(robot.model.geom_matid == robot.model.material("accent").id) >= 5
+    assert {robot.model.camera(i).name for i in range(robot.model.ncam)} == {"chase", "onboard"}
 
 
-# mass, statics, motors -------------------------------------------------------------------------------------
+def test_robots_are_solved_alike(robot: Robot, nh_mini: Robot) -> None:
+    for option in ("timestep", "integrator", "cone", "solver", "impratio", "tolerance", "iterations", "ls_tolerance"):
+        assert getattr(robot.model.opt, option) == getattr(nh_mini.model.opt, option), option
 
 
-def readme_table(heading: str) -> list[list[str]]:
-    """Cells of the rows of the first table under a heading of the robot's README, without its head."""
-    section = (MODELS / "nh_mini" / "README.md").read_text().split(f"## {heading}\n")[1]
-    rows = re.findall(r"^\|(.+)\|$", section.split("\n## ")[0], flags=re.MULTILINE)
-    return [[cell.strip() for cell in row.split("|")] for row in rows[2:]]
+# mass, statics, motors ------------------------------------------------------------------------------------------------
 
 
-def test_the_mass_budget_in_the_readme_gives_the_inertia_in_the_mjcf(robot: mujoco.MjModel) -> None:
-    rows = readme_table("Mass budget of the chassis")
-    mass = 1e-3 * np.array([float(row[1]) for row in rows])
-    at, size = (1e-3 * np.array([[float(v) for v in row[c].split(",")] for row in rows]) for c in (2, 3))
-    chassis = robot.body("chassis")
-    assert chassis.mass[0] == pytest.approx(mass.sum(), rel=1e-9)
+def readme_table(name: str, heading: str) -> list[list[str]]:
+    """Cells of the rows of the first table under a heading of a robot's README, without its head."""
+    section = (MODELS / name / "README.md").read_text().split(f"## {heading}\n")[1]
+    table = re.search(r"^\|.+(?:\n\|.+)*", section.split("\n## ")[0], flags=re.MULTILINE)
+    assert table, heading
+    return [[cell.strip() for cell in row.strip("|").split("|")] for row in table[0].split("\n")[2:]]
+
+
+def readme_quantity(cell: str) -> tuple[float, float]:
+    """The number that a cell begins with, in SI units, and half a unit of its last digit."""
+    found = re.match(r"(-?\d+)(?:\.(\d+))?(?:e(-?\d+))? (mm|m|kg m\^2|kg|N m|rad/s)\b", cell)
+    assert found, cell
+    whole, decimals, exponent, unit = found.groups(default="")
+    scale = 10.0 ** int(exponent or 0) * (1e-3 if unit == "mm" else 1.0)
+    return float(f"{whole}.{decimals or 0}") * scale, 0.5 * 10.0 ** -len(decimals) * scale
+
+
+def triple(cell: str) -> np.ndarray:
+    return np.array([float(value) for value in cell.split(",")])
+
+
+def of_boxes(mass: np.ndarray, at: np.ndarray, size: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Centre of mass and inertia about it of uniform boxes: shapes (k,), (k, 3), (k, 3) -> (3,), (3, 3)."""
+    own = [m / 12 * (s @ s * np.eye(3) - np.diag(s**2)) for m, s in zip(mass, size, strict=True)]
+    return of_parts(mass, at, np.array(own))
+
+
+def of_parts(mass: np.ndarray, at: np.ndarray, own: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Centre of mass and inertia about it of parts with their own inertias, by Steiner."""
     com = mass @ at / mass.sum()
-    np.testing.assert_allclose(chassis.ipos, com, rtol=0, atol=1e-9)
-    inertia = np.zeros((3, 3))
-    for m, p, s in zip(mass, at - com, size, strict=True):  # boxes, and Steiner
-        inertia += m / 12 * (s @ s * np.eye(3) - np.diag(s**2)) + m * (p @ p * np.eye(3) - np.outer(p, p))
-    axes = np.zeros(9)
+    moved = [m * (p @ p * np.eye(3) - np.outer(p, p)) for m, p in zip(mass, at - com, strict=True)]
+    return com, own.sum(axis=0) + np.sum(moved, axis=0)
+
+
+def chassis_inertia(robot: Robot) -> np.ndarray:
+    chassis, axes = robot.model.body("chassis"), np.zeros(9)
     mujoco.mju_quat2Mat(axes, chassis.iquat)
-    axes = axes.reshape(3, 3)
-    np.testing.assert_allclose(axes @ np.diag(chassis.inertia) @ axes.T, inertia, rtol=0, atol=1e-12)
+    return np.asarray(axes.reshape(3, 3) @ np.diag(chassis.inertia) @ axes.reshape(3, 3).T)
 
 
-def test_a_wheel_is_a_solid_disc(robot: mujoco.MjModel) -> None:
-    mass, radius, width = 0.01134, 0.03, 0.008
-    disc = [mass * (3 * radius**2 + width**2) / 12, mass * radius**2 / 2]
-    for side in ("left", "right"):
-        wheel = robot.body(f"{side}_wheel")
-        assert wheel.mass[0] == pytest.approx(mass, rel=1e-12)
-        np.testing.assert_allclose(wheel.inertia, [disc[0], disc[1], disc[0]], rtol=1e-12)
+def test_the_numbers_in_the_readme_are_the_numbers_of_the_mjcf(robot: Robot) -> None:
+    matrix, r, b = robot.mass_matrix, robot.radius, robot.half_separation
+    spin = 2 * matrix[6, 6] / r**2
+    expected = {
+        "r": r,
+        "b": b,
+        "m": matrix[0, 0],
+        "-d": -robot.com[0],
+        "h": robot.com[2] + r,
+        "J_axle": matrix[5, 5],
+        "m_eff": matrix[0, 0] + spin,
+        "J_eff": matrix[5, 5] + spin * b**2,
+    }
+    printed = {row[1]: row[2] for row in readme_table(robot.name, "Numbers")}
+    for symbol, value in expected.items():
+        assert symbol in printed, symbol
+        number, half_unit = readme_quantity(printed[symbol])
+        assert abs(number - value) <= min(1.001 * half_unit, ROUNDED * value), symbol
+
+
+def test_wheels_are_alike_and_round(robot: Robot) -> None:
+    left, right = robot.model.body("left_wheel"), robot.model.body("right_wheel")
+    assert left.mass[0] == right.mass[0]
+    np.testing.assert_array_equal(left.inertia, right.inertia)
+    for wheel in (left, right):
+        np.testing.assert_array_equal(wheel.ipos, [0, 0, 0])
         np.testing.assert_array_equal(wheel.iquat, [1, 0, 0, 0])
+        assert wheel.inertia[0] == wheel.inertia[2]
+        assert wheel.inertia[1] <= wheel.mass[0] * robot.radius**2  # no more than a hoop
 
 
-def test_the_weight_rests_on_three_points(robot: mujoco.MjModel, data: mujoco.MjData) -> None:
-    loads = support_loads(robot, data)
-    weight = GRAVITY * robot.body_mass.sum()
-    assert robot.body_mass.sum() == pytest.approx(0.70118, rel=1e-9)
-    assert (loads > 0).all()
+def test_the_weight_rests_on_three_points(robot: Robot) -> None:
+    loads = support_loads(robot)
+    weight = GRAVITY * robot.model.body_mass.sum()
     assert loads[0] == pytest.approx(loads[1], rel=1e-12)
     assert loads.sum() == pytest.approx(weight, rel=1e-12)
-    assert 0.10 < loads[2] / weight < 0.25
+    assert loads[0] > 0
+    assert 0.05 < loads[2] / weight < 0.40
 
 
-def test_the_motors_are_the_gearmotor_of_the_readme(robot: mujoco.MjModel) -> None:
-    stall = robot.numeric("motor_stall_torque").data[0]
-    no_load = robot.numeric("motor_no_load_speed").data[0]
-    assert stall == pytest.approx(0.01 * 9.80665, rel=1e-12)  # 1.0 kgf cm
-    assert no_load == pytest.approx(450 * 2 * np.pi / 60, rel=1e-12)
+def test_the_motors_turn_the_wheels_within_the_driver_s_limit(robot: Robot) -> None:
+    model = robot.model
+    stall = model.numeric("motor_stall_torque").data[0]
+    assert model.numeric("motor_no_load_speed").data[0] > 0
     for index, side in enumerate(("left", "right")):
-        motor = robot.actuator(f"{side}_motor")
+        motor = model.actuator(f"{side}_motor")
         assert motor.id == index
-        assert motor.trnid[0] == robot.joint(f"{side}_wheel").id
+        assert motor.trnid[0] == model.joint(f"{side}_wheel").id
         assert (motor.gear[0], motor.gainprm[0], motor.biastype) == (1.0, 1.0, 0)
         assert motor.ctrllimited
-        np.testing.assert_allclose(motor.ctrlrange, [-0.4 * stall, 0.4 * stall], rtol=1e-12)
+        assert -motor.ctrlrange[0] == motor.ctrlrange[1]
+        assert 0 < motor.ctrlrange[1] <= stall
+    assert model.nu == 2
 
 
-def test_the_motors_can_drive_but_not_lift_the_caster(robot: mujoco.MjModel, data: mujoco.MjData) -> None:
-    radius, mass, spin = 0.03, robot.body_mass.sum(), robot.body("left_wheel").inertia[1]
-    torque = robot.actuator("left_motor").ctrlrange[1]
-    no_load = robot.numeric("motor_no_load_speed").data[0]
-    stall = robot.numeric("motor_stall_torque").data[0]
-    fastest_at_full_torque = radius * no_load * (1 - torque / stall)
-    acceleration = 2 * torque / radius / (mass + 2 * spin / radius**2)
-    com = data.subtree_com[robot.body("chassis").id]
-    lift_off = GRAVITY * -com[0] / ((com[2] + radius) * (1 + 2 * spin / (mass * radius**2)))
-    assert fastest_at_full_torque > 0.8
-    assert 3.0 < acceleration < lift_off
+# three together -------------------------------------------------------------------------------------------------------
 
 
-def test_a_sideways_push_slides_the_robot_before_it_tips(robot: mujoco.MjModel, data: mujoco.MjData) -> None:
-    com = data.subtree_com[robot.body("chassis").id]
-    caster = data.geom("caster").xpos[0]
-    # The tipping axis runs from a tyre to the caster; its distance from the centre of mass, seen from above.
-    normal = np.array([0.05, -caster]) / np.hypot(0.05, caster)
-    arm = normal @ (np.array([0.0, 0.05]) - com[:2])
-    assert arm / (com[2] + 0.03) > 1.0  # steeper than the friction cone of friction 1
-
-
-# the arena --------------------------------------------------------------------------------------------------
-
-
-def test_the_arena_compiles_alone() -> None:
-    arena = mujoco.MjModel.from_xml_path(str(ARENA))
-    floor = arena.geom("floor")
-    assert floor.type == mujoco.mjtGeom.mjGEOM_PLANE
-    np.testing.assert_array_equal(floor.size[:2], [0, 0])  # endless
-    assert floor.pos[2] == 0
-    assert arena.material("floor").reflectance == 0
-    key = arena.light("key")
-    assert key.type == mujoco.mjtLightType.mjLIGHT_SPOT
-    assert key.castshadow
-    assert arena.vis.global_.offwidth >= 1920
-    assert arena.vis.global_.offheight >= 1080
-
-
-def test_three_robots_attach_and_keep_the_robots_options(trio: mujoco.MjModel, robot: mujoco.MjModel) -> None:
+def test_three_robots_attach_and_keep_the_robots_options(trio: mujoco.MjModel, robot: Robot) -> None:
     assert (trio.nv, trio.nu) == (24, 6)
     for name in ("r0", "r1", "r2"):
         assert trio.joint(f"{name}/root/").type == mujoco.mjtJoint.mjJNT_FREE
         assert trio.actuator(f"{name}/left_motor").trnid[0] == trio.joint(f"{name}/left_wheel").id
-        assert trio.body(f"{name}/").subtreemass[0] == pytest.approx(robot.body_mass.sum(), rel=1e-12)
+        assert trio.body(f"{name}/").subtreemass[0] == pytest.approx(robot.model.body_mass.sum(), rel=1e-12)
     for option in ("timestep", "integrator", "cone", "solver", "impratio", "tolerance"):
-        assert getattr(trio.opt, option) == getattr(robot.opt, option), option
+        assert getattr(trio.opt, option) == getattr(robot.model.opt, option), option
     assert trio.stat.extent == 1.0  # clipping planes stay in metres
 
 
 @pytest.mark.slow
-def test_robots_at_rest_stay_at_rest(
-    trio: mujoco.MjModel, robot: mujoco.MjModel, data: mujoco.MjData
-) -> None:
-    state = mujoco.MjData(trio)
-    # One nanometre into the floor: at exactly zero distance rounding decides which of the three contacts is
-    # active in the first step, and the robot would fall and tilt for a millisecond.
-    state.qpos[2::9] -= 1e-9
+def test_robots_at_rest_stay_at_rest(trio: mujoco.MjModel, robot: Robot) -> None:
+    state = standing(trio)
     start = state.qpos.copy()
     mujoco.mj_step(trio, state, nstep=500)
     settled = state.qpos.copy()
@@ -284,28 +471,164 @@ def test_robots_at_rest_stay_at_rest(
     assert moved[:, :3].max() < 1e-8  # [m] contacts compressed by the weight; 3.5e-9 expected of solimp .9999
     assert moved[:, 3:7].max() < 1e-7  # quaternion: the caster, less loaded, is compressed less
     assert np.abs(state.qpos - settled).max() < 1e-12  # and then nothing creeps
-    loads = {"left_tyre": 0.0, "right_tyre": 0.0, "caster": 0.0}
+    loads = dict.fromkeys(SUPPORTS, 0.0)
     force = np.zeros(6)
     for index, contact in enumerate(state.contact):
         mujoco.mj_contactForce(trio, state, index, force)
         loads[trio.geom(max(contact.geom)).name.split("/")[1]] += force[0] / 3
-    np.testing.assert_allclose(list(loads.values()), support_loads(robot, data), rtol=1e-6)
+    np.testing.assert_allclose(list(loads.values()), support_loads(robot), rtol=1e-6)
+
+
+# nh_mini --------------------------------------------------------------------------------------------------------------
+
+
+def test_the_mass_budget_of_nh_mini_gives_the_inertia_in_the_mjcf(nh_mini: Robot) -> None:
+    rows = readme_table("nh_mini", "Mass budget of the chassis")
+    mass = 1e-3 * np.array([float(row[1]) for row in rows])
+    at, size = (1e-3 * np.array([triple(row[column]) for row in rows]) for column in (2, 3))
+    com, inertia = of_boxes(mass, at, size)
+    chassis = nh_mini.model.body("chassis")
+    assert chassis.mass[0] == pytest.approx(mass.sum(), rel=1e-9)
+    np.testing.assert_allclose(chassis.ipos, com, rtol=0, atol=1e-9)
+    np.testing.assert_allclose(chassis_inertia(nh_mini), inertia, rtol=0, atol=1e-12)
+
+
+def test_a_wheel_of_nh_mini_is_a_solid_disc(nh_mini: Robot) -> None:
+    mass, radius, width = 0.01134, 0.03, 0.008
+    disc = [mass * (3 * radius**2 + width**2) / 12, mass * radius**2 / 2]
+    wheel = nh_mini.model.body("left_wheel")
+    assert nh_mini.radius == radius
+    assert wheel.mass[0] == pytest.approx(mass, rel=1e-12)
+    np.testing.assert_allclose(wheel.inertia, [disc[0], disc[1], disc[0]], rtol=1e-12)
+
+
+def test_a_fifth_of_the_weight_of_nh_mini_is_on_the_caster(nh_mini: Robot) -> None:
+    loads = support_loads(nh_mini)
+    assert nh_mini.model.body_mass.sum() == pytest.approx(0.70118, rel=1e-9)
+    assert 0.10 < loads[2] / loads.sum() < 0.25
+
+
+def test_the_motors_of_nh_mini_are_the_gearmotor_of_the_readme(nh_mini: Robot) -> None:
+    stall = nh_mini.model.numeric("motor_stall_torque").data[0]
+    no_load = nh_mini.model.numeric("motor_no_load_speed").data[0]
+    assert stall == pytest.approx(0.01 * 9.80665, rel=1e-12)  # 1.0 kgf cm
+    assert no_load == pytest.approx(450 * 2 * np.pi / 60, rel=1e-12)
+    assert nh_mini.model.actuator("left_motor").ctrlrange[1] == pytest.approx(0.4 * stall, rel=1e-12)
+
+
+def test_the_motors_of_nh_mini_can_drive_but_not_lift_the_caster(nh_mini: Robot) -> None:
+    torque = nh_mini.model.actuator("left_motor").ctrlrange[1]
+    no_load = nh_mini.model.numeric("motor_no_load_speed").data[0]
+    stall = nh_mini.model.numeric("motor_stall_torque").data[0]
+    acceleration = torque / torque_for(nh_mini, 1.0)
+    assert nh_mini.radius * no_load * (1 - torque / stall) > 0.8  # [m/s] up to which the limit can be held
+    assert 3.0 < acceleration < lifting_braking(nh_mini)
+
+
+def test_a_sideways_push_slides_nh_mini_before_it_tips(nh_mini: Robot) -> None:
+    assert sideways_tipping(nh_mini) > GRAVITY  # friction 1 lets go at one g
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("share", "lifts"), [(1.0, False), (1.05, False), (1.15, True)])
-def test_full_braking_leaves_the_caster_on_the_floor(trio: mujoco.MjModel, share: float, lifts: bool) -> None:
+def test_full_braking_leaves_the_caster_of_nh_mini_on_the_floor(
+    nh_mini: Robot, mjcf: ModuleType, share: float, lifts: bool
+) -> None:
     """The caster lifts at 4.00 / 3.67 = 1.09 of the torque limit, and not before."""
-    state = mujoco.MjData(trio)
-    state.qpos[2::9] -= 1e-9
-    for name in ("r0", "r1", "r2"):
-        for side in ("left", "right"):
-            limit = trio.actuator(f"{name}/{side}_motor").ctrlrange[1]
-            state.joint(f"{name}/{side}_wheel").qfrc_applied = -share * limit  # past the motor's own limit
-    mujoco.mj_step(trio, state, nstep=50)
-    casters = {trio.geom(f"{name}/caster").id for name in ("r0", "r1", "r2")}
-    on_floor = [contact for contact in state.contact if casters & set(contact.geom)]
-    assert len(on_floor) == (0 if lifts else 3)
+    limit = nh_mini.model.actuator("left_motor").ctrlrange[1]
+    trio = three_of(nh_mini, mjcf)
+    state = driven(trio, -share * limit)  # past the motor's own limit
+    assert casters_on_floor(trio, state) == (0 if lifts else 3)
+
+
+# burger ---------------------------------------------------------------------------------------------------------------
+
+
+def test_the_chassis_of_burger_is_base_lidar_and_caster(burger: Robot) -> None:
+    rows = readme_table("burger", "Inertia of the chassis")
+    mass = np.array([float(row[1]) for row in rows])
+    at = 1e-3 * np.array([triple(row[2]) for row in rows])
+    own = np.zeros((len(rows), 3, 3))
+    for tensor, row in zip(own, rows, strict=True):
+        xx, yy, zz, xz = [float(value) for value in row[3].split(",")]
+        tensor[:] = [[xx, 0, xz], [0, yy, 0], [xz, 0, zz]]
+    com, inertia = of_parts(mass, at, own)
+    chassis = burger.model.body("chassis")
+    assert chassis.mass[0] == pytest.approx(mass.sum(), rel=1e-9)
+    np.testing.assert_allclose(chassis.ipos, com, rtol=0, atol=1e-9)
+    np.testing.assert_allclose(chassis_inertia(burger), inertia, rtol=0, atol=1e-11)
+
+
+def test_the_parts_of_burger_bear_out_the_base_s_centre_and_inertia() -> None:
+    base = readme_table("burger", "Inertia of the chassis")[0]
+    rows = readme_table("burger", "Mass budget of the base")
+    mass = 1e-3 * np.array([float(row[1]) for row in rows])
+    at, size = (1e-3 * np.array([triple(row[column]) for row in rows]) for column in (2, 3))
+    com, inertia = of_boxes(mass, at, size)
+    published = triple(base[3])
+    assert mass.sum() == pytest.approx(float(base[1]), rel=1e-9)
+    np.testing.assert_allclose(com, 1e-3 * triple(base[2]), rtol=0, atol=0.5e-4)  # rounded to 0.1 mm
+    np.testing.assert_allclose(np.diag(inertia) / published[:3], [1.09, 1.10, 1.06], rtol=0, atol=0.005)
+
+
+def test_burger_has_the_servo_of_the_readme_and_all_of_its_torque(burger: Robot) -> None:
+    printed = {row[0]: readme_quantity(row[1])[0] for row in readme_table("burger", "Motors")}
+    model = burger.model
+    no_load = model.numeric("motor_no_load_speed").data[0]
+    assert model.numeric("motor_stall_torque").data[0] == printed["stall torque"] == 1.4
+    assert model.actuator("left_motor").ctrlrange[1] == printed["torque limit (`ctrlrange`)"] == 1.4
+    assert no_load == pytest.approx(57 * 2 * np.pi / 60, rel=1e-12)
+    assert no_load == pytest.approx(printed["no-load speed"], abs=0.0005)
+
+
+def test_the_floor_gives_way_long_before_the_servos_of_burger(burger: Robot) -> None:
+    limit = burger.model.actuator("left_motor").ctrlrange[1]
+    assert spinning_forward(burger) == pytest.approx(3.19, abs=0.005)  # [m/s^2], as the README says
+    assert lifting_braking(burger) == pytest.approx(3.58, abs=0.005)
+    assert sideways_tipping(burger) == pytest.approx(4.6, abs=0.05)
+    assert torque_for(burger, lifting_braking(burger)) < 0.05 * limit
+    assert limit / torque_for(burger, 1.0) == pytest.approx(81.6, abs=0.05)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("share", "lifts"), [(0.97, False), (1.03, True)])
+def test_braking_lifts_the_caster_of_burger(burger: Robot, mjcf: ModuleType, share: float, lifts: bool) -> None:
+    trio = three_of(burger, mjcf)
+    state = driven(trio, -share * torque_for(burger, lifting_braking(burger)))
+    assert casters_on_floor(trio, state) == (0 if lifts else 3)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("share", "spins"), [(0.97, False), (1.03, True)])
+def test_accelerating_spins_the_wheels_of_burger(burger: Robot, mjcf: ModuleType, share: float, spins: bool) -> None:
+    trio = three_of(burger, mjcf)
+    state = driven(trio, share * torque_for(burger, spinning_forward(burger)))
+    slip = [
+        burger.radius * state.joint(f"{name}/left_wheel").qvel[0] - np.hypot(*state.joint(f"{name}/root/").qvel[:2])
+        for name in ("r0", "r1", "r2")
+    ]
+    assert casters_on_floor(trio, state) == 3
+    if spins:  # [m/s] after 50 ms; what the regularised friction lets creep is a thousand times less
+        assert min(slip) > 1e-2
+    else:
+        assert np.abs(slip).max() < 1e-5
+
+
+# the arena ------------------------------------------------------------------------------------------------------------
+
+
+def test_the_arena_compiles_alone() -> None:
+    arena = mujoco.MjModel.from_xml_path(str(ARENA))
+    floor = arena.geom("floor")
+    assert shape_of(arena, "floor") == "plane"
+    np.testing.assert_array_equal(floor.size[:2], [0, 0])  # endless
+    assert floor.pos[2] == 0
+    assert arena.material("floor").reflectance == 0
+    key = arena.light("key")
+    assert key.type == mujoco.mjtLightType.mjLIGHT_SPOT
+    assert key.castshadow
+    assert arena.vis.global_.offwidth >= 1920
+    assert arena.vis.global_.offheight >= 1080
 
 
 def test_the_models_travel_with_the_package() -> None:
