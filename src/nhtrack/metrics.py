@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from itertools import combinations
 from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.spatial.distance import pdist
 
+from nhtrack.events import find_events
 from nhtrack.recording import Recording
 
 LATE = 0.15  # share of the run, at its end, that counts as late
-AT_LIMIT = 0.99  # friction utilisation from which a wheel counts as sliding
 SETTLED = 0.05  # share of the largest error within which a follower counts as settled
 
 
@@ -76,30 +77,12 @@ def smallest_separation(recording: Recording) -> Separation | None:
     return Separation(float(distances[row, pair]), pairs[pair], float(recording.time[row]))
 
 
-def slides(recording: Recording) -> tuple[str, ...]:
-    """Returns a sentence for every robot on wheels that slid: for how long, since when, how fast.
-
-    A robot slides while a wheel uses at least 99 % of the friction it has.
-    """
-    if recording.backend != "mujoco":
-        return ()
-    at_limit = np.any(recording["friction_utilisation"].values >= AT_LIMIT, axis=-1)
-    aside, ahead = np.abs(recording["lateral_slip"].values), np.abs(recording["longitudinal_slip"].values).max(axis=-1)
-    speed, period = np.fmax(aside, ahead), np.median(np.diff(recording.time))
-    return tuple(
-        f"{name} slid: a wheel was at its friction limit for {rows.sum() * period:.2g} s, first at "
-        f"{recording.time[rows.argmax()]:.3g} s, sliding at up to {speed[rows, i].max():.2g} m/s"
-        for i, name in enumerate(recording.robots)
-        if (rows := at_limit[:, i]).any()
-    )
-
-
 def summary(recording: Recording) -> dict[str, Any]:
     """Returns the figures of a run as a tree of plain numbers and names, ready for JSON; unknown figures are None.
 
     Positions in metres, headings in radians, loads in newtons, times in seconds on the robot's clock. An infinite
     utilisation, of a wheel that carries no load, is None like any figure that is not known. *Late* means the worst over
-    the last 15 % of the run.
+    the last 15 % of the run. The events are those of `nhtrack.events.find_events`.
     """
     separation = smallest_separation(recording)
     return {
@@ -111,6 +94,7 @@ def summary(recording: Recording) -> dict[str, Any]:
         "followers": _follower_figures(recording),
         "robots": _robot_figures(recording),
         "smallest_separation": None if separation is None else separation._asdict(),
+        "events": [asdict(event) | {"worst": _plain(event.worst)} for event in find_events(recording)],
     }
 
 

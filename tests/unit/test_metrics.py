@@ -18,7 +18,6 @@ from nhtrack.metrics import (
     position_error,
     position_gap,
     settling_times,
-    slides,
     smallest_separation,
     summary,
 )
@@ -258,13 +257,14 @@ def test_summary_of_a_run_that_never_began() -> None:
     assert told["robots"]["follower"]["path_length"] == 0.0
 
 
-def test_a_robot_that_slides_is_told() -> None:
-    """Three periods of a twentieth at the limit, one of them without load; the leader only comes near it."""
-    used, aside, ahead = np.zeros((21, 2, 2)), np.zeros((21, 2)), np.zeros((21, 2, 2))
-    used[:, 0], used[4:6, 1, 0], used[7, 1, 1] = 0.98, 1.0, np.inf
-    aside[5, 1], ahead[4, 1, 1], ahead[10, 1, 1] = 0.2, -0.3, 5.0
-    told = slides(recording(friction_utilisation=used, lateral_slip=aside, longitudinal_slip=ahead))
-    seconds, first = 3 * (TIME[1] - TIME[0]), TIME[4]
-    expected = f"follower slid: a wheel was at its friction limit for {seconds:.2g} s, first at {first:.3g} s"
-    assert told == (f"{expected}, sliding at up to 0.3 m/s",)
-    assert slides(recording()) == ()
+def test_summary_lists_the_events_as_plain_values() -> None:
+    """Two periods of half a second at the limit; the leader only comes near it."""
+    used, aside, ahead, load = np.zeros((21, 2, 2)), np.zeros((21, 2)), np.zeros((21, 2, 2)), np.ones((21, 2, 2))
+    used[:, 0], used[4:6, 1, 0] = 0.98, [1.0, np.inf]
+    aside[5, 1], ahead[4, 1, 0], ahead[10, 1, 1] = 0.2, -0.3, 5.0
+    slips = {"friction_utilisation": used, "lateral_slip": aside, "longitudinal_slip": ahead}
+    told = summary(recording(wheel_load=load, **slips))["events"]
+    slide = {"kind": "slipping", "robot": "follower", "wheel": "left", "start": 1.5, "end": 2.5}
+    assert told == [slide | {"measure": "slip speed", "worst": 0.3, "unit": "m/s"}]
+    assert json.loads(json.dumps(told, allow_nan=False)) == told
+    assert summary(recording(wheel_load=load))["events"] == []

@@ -11,11 +11,15 @@ import numpy as np
 import pytest
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
-from matplotlib.patches import Polygon
+from matplotlib.patches import Polygon, Rectangle
 
 from nhtrack import plots
+from nhtrack.plots.marks import covered
 from nhtrack.simulation.palette import FOLLOWERS, ROOT, robot_colour
-from recordings import TORQUE_LIMIT, synthetic_recording
+from recordings import HALF_SEPARATION, TORQUE_LIMIT, WHEEL_RADIUS, synthetic_recording
+
+# [pt] A figure is laid out anew when it is drawn, after room was made for names: panels grow, so that room does too.
+CLEARANCE = 1.0
 
 EVERY_FIGURE = [plots.trajectories, plots.errors, plots.inputs, plots.slip]
 
@@ -193,6 +197,107 @@ def test_scenario_time_stands_above_where_it_differs():
     unscaled = plots.errors(synthetic_recording(1, samples=51, time_scale=1.0))
     assert unscaled.axes[0].child_axes == []
     assert unscaled.axes[-2].get_xlabel() == "time [s]"
+
+
+# -- events -----------------------------------------------------------------------------------------
+
+
+def with_slides(followers: int, slides: dict[int, slice], **changes):
+    """Returns a run of 80 s in which robots, by their places, slide during some of its 801 rows."""
+    recording = synthetic_recording(followers, **changes)
+    for place, rows in slides.items():
+        recording["friction_utilisation"].values[rows, place, 0] = 1.0
+        recording["longitudinal_slip"].values[rows, place, 0] = 0.5
+    return recording
+
+
+def shades(axes) -> list[tuple[float, float]]:
+    """Returns start and end of the shaded spans of a panel."""
+    spans = [patch for patch in axes.patches if isinstance(patch, Rectangle)]
+    return [(span.get_x(), span.get_x() + span.get_width()) for span in spans]
+
+
+def bars(axes) -> list[tuple[str, float, float]]:
+    """Returns colour, start and end of the bars along a panel's upper edge."""
+    lines = [line for line in axes.lines if line.get_marker() == "o"]
+    return [(to_hex(line.get_color()), *map(float, line.get_xdata())) for line in lines]
+
+
+def names(axes) -> list[str]:
+    return [text.get_text() for text in axes.texts if text.get_text() != "wheels break away"]
+
+
+@pytest.mark.parametrize("draw", [plots.slip, plots.errors])
+def test_a_run_without_events_has_no_marks(draw):
+    figure = draw(synthetic_recording(3, samples=101))
+    assert all(shades(axes) == bars(axes) == names(axes) == [] for axes in figure.axes)
+
+
+def test_slides_are_shaded_named_and_say_whose_they_are():
+    recording = with_slides(3, {1: slice(101, 201), 3: slice(151, 301)})
+    lateral, longitudinal, load, utilisation = plots.slip(recording).axes[:4]
+    for axes in (lateral, longitudinal):
+        assert shades(axes) == [pytest.approx((10.0, 30.0))]
+        first, second = bars(axes)
+        assert first == (robot_colour(1).lower(), pytest.approx(10.0), pytest.approx(20.0))
+        assert second == (robot_colour(3).lower(), pytest.approx(15.0), pytest.approx(30.0))
+        assert names(axes) == ["slipping"]
+        assert [text.xy[0] for text in axes.texts] == [pytest.approx(15.0)]  # where the longest begins
+    assert names(load) == names(utilisation) == []
+
+
+def test_the_errors_show_the_events_of_those_that_have_them():
+    """The root tracks nothing: what happens to it is seen in the figure of slip."""
+    panels = plots.errors(with_slides(2, {0: slice(501, 601), 2: slice(101, 201)})).axes[:6]
+    assert all(shades(axes) == [pytest.approx((10.0, 20.0))] for axes in panels)
+    assert [names(axes) for axes in panels] == [["slipping"], *[[]] * 5]
+    assert all(bars(axes) == [] for axes in panels)
+
+
+def test_a_crowd_is_shaded_as_one():
+    slides = {place: slice(1 + 10 * place, 11 + 10 * place) for place in range(20, 40)}
+    figure = plots.slip(with_slides(63, slides))
+    assert shades(figure.axes[0]) == [pytest.approx((20.0, 40.0))]
+    assert bars(figure.axes[0]) == []
+    assert names(figure.axes[0]) == ["slipping: 20 robots"]
+    assert names(plots.slip(with_slides(63, {5: slice(100, 200)})).axes[0]) == ["slipping: 1 robot"]
+
+
+def test_every_kind_has_its_panel():
+    end = {"diverged_robot": "f1", "diverged_time": 80.1, "diverged_reason": "tipped over"}
+    size = {"wheel_radius": WHEEL_RADIUS, "half_separation": HALF_SEPARATION, "no_load_speed": 30.0}
+    recording = synthetic_recording(2, samples=801, **end, **size)
+    recording["wheel_load"].values[700:750, 1, 1] = 0.0
+    recording["tilt"].values[720:, 1] = 0.2
+    recording["pose"].values[101:201, 2] = recording["pose"].values[100, 2]
+    recording["wheel_speed"].values[101:201, 2] = 30.0
+    recording.dataset["torque_saturation"] = 0.0 * recording["wheel_torque"]
+    lateral, longitudinal, load, utilisation = plots.slip(recording).axes[:4]
+    assert names(lateral) == names(longitudinal) == ["tipped"]
+    assert names(load) == ["wheel off the floor", "leaning", "tipped"]
+    assert names(utilisation) == ["stuck", "tipped"]
+    assert shades(utilisation) == [pytest.approx((10.0, 20.0))]
+    assert shades(load) == [pytest.approx((69.9, 80.0))]
+    for axes in (lateral, longitudinal, load, utilisation):  # the last row is at 80 s: the panel ends there
+        assert any(list(line.get_xdata()) == [80.0, 80.0] for line in axes.lines)
+
+
+@pytest.mark.parametrize("place", [0, 3])
+def test_names_and_bars_stand_above_the_curves(place):
+    recording = with_slides(3, {place: slice(1, 400), 2: slice(200, 600)})
+    recording["lateral_slip"].values[:, place] = 1.0
+    figure = plots.slip(recording)
+    figure.canvas.draw()
+    for axes, highest in zip(figure.axes[:2], (1.0, 0.5), strict=True):
+        factor = 1e3 if "[mm/s]" in axes.get_ylabel() else 1.0
+        top_of_curves = axes.transData.transform((0.0, factor * highest))[1]
+        lowest = min(text.get_window_extent().y0 for text in axes.texts)
+        assert lowest > top_of_curves + CLEARANCE * figure.dpi / 72
+
+
+def test_covered_time_counts_once():
+    assert covered([]) == []
+    assert covered([(3.0, 4.0), (0.0, 1.0), (0.5, 2.0), (2.0, 2.5), (3.2, 3.5)]) == [(0.0, 2.5), (3.0, 4.0)]
 
 
 def test_style_ends_with_the_figure():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, TypeAlias
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
 # Called with the work done and the whole of it.
 Report: TypeAlias = Callable[[int, int], None]
 
+_EVENTS = 12  # rows of the table of events: more would push what matters off the screen
 _REDRAWS = 200  # a bar moves at most this often, so that reporting costs nothing beside a control period
 
 
@@ -43,6 +45,8 @@ def print_outcome(outcome: Outcome, console: Console) -> None:
     """Prints the figures of a run, its warnings, and where its files are."""
     console.print(_followers_table(outcome.summary))
     console.print(_robots_table(outcome.summary))
+    if outcome.summary["events"]:
+        console.print(_events_table(outcome.summary["events"]))
     for warning in outcome.summary.get("warnings", ()):
         console.print(f"[yellow]warning:[/] {escape(warning)}", highlight=False, soft_wrap=True)
     for reason in outcome.skipped:
@@ -82,6 +86,35 @@ def _robots_table(summary: dict[str, Any]) -> Table:
             show_share(figures["torque_saturation_share"]),
         )
     return table
+
+
+def _events_table(events: list[dict[str, Any]]) -> Table:
+    table = make_table("What went wrong on wheels")
+    for heading in ("event", "robot", "wheel", "from", "to", "how bad"):
+        table.add_column(heading, justify="right" if heading in ("from", "to") else "left")
+    for event in events[:_EVENTS]:
+        table.add_row(
+            event["kind"],
+            escape(event["robot"]),
+            event["wheel"] or "-",
+            f"{event['start']:.2f} s",
+            f"{event['end']:.2f} s",
+            f"{event['measure']} {_how_bad(event)}",
+        )
+    if len(events) > _EVENTS:
+        table.caption, table.caption_justify = f"and {len(events) - _EVENTS} more in summary.json", "left"
+    return table
+
+
+def _how_bad(event: dict[str, Any]) -> str:
+    """Returns the figure of an event as people read it: shares in per cent, angles in degrees."""
+    match event["unit"]:
+        case "1":
+            return show_share(event["worst"])
+        case "rad":
+            return show_quantity(None if event["worst"] is None else math.degrees(event["worst"]), "degrees")
+        case unit:
+            return show_quantity(event["worst"], unit)
 
 
 def make_table(title: str) -> Table:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -11,6 +11,8 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import NullFormatter
 
 from nhtrack import se2
+from nhtrack.events import Kind, find_events
+from nhtrack.plots.marks import mark_events
 from nhtrack.plots.style import (
     INK,
     draw_robots,
@@ -26,6 +28,13 @@ __all__ = ["errors", "inputs", "slip"]
 
 _DASHED: dict[str, Any] = {"linestyle": (0, (3, 1.5)), "linewidth": 1.1}
 _LIMIT: dict[str, Any] = {"color": INK, "linewidth": 0.8, "linestyle": (0, (6, 3)), "zorder": 2}
+# What concerns which panel of `slip`: a wheel that loses the floor shows in the loads, one that spins in the friction.
+_SLIP_EVENTS: tuple[tuple[Kind, ...], ...] = (
+    ("slipping", "tipped"),
+    ("slipping", "tipped"),
+    ("wheel off the floor", "leaning", "tipped"),
+    ("stuck", "tipped"),
+)
 _DECADES = 6  # log axes show at most this many: below is rounding, not tracking
 
 
@@ -58,6 +67,9 @@ def errors(recording: Recording) -> Figure:
             axes.set_ylabel(label)
     panels[1, 0].axhline(0.0, color="#999999", linewidth=0.6, zorder=1)
     panels[0, 0].set_ylim(bottom=0.0)
+    followers = [event for event in find_events(recording) if event.robot != recording.robots[0]]
+    for k, axes in enumerate(panels.flat):
+        mark_events(axes, recording, followers, get_args(Kind), bars=False, names=k == 0)
     for k, title in enumerate(["linear", "logarithmic", "linear", "magnitude, logarithmic", "linear", "logarithmic"]):
         if k < 2 * rows:
             panel_title(panels.flat[k], "abcdef"[k], title)
@@ -128,6 +140,9 @@ def slip(recording: Recording) -> Figure:
         panels[1, 0].set_ylim(0.0, 1.08 * heaviest)
     else:
         panels[1, 0].set_ylim(0.85 * lightest, 1.15 * heaviest)
+    events = find_events(recording)
+    for axes, kinds in zip(panels.flat, _SLIP_EVENTS, strict=True):
+        mark_events(axes, recording, events, kinds)
     predicted = Line2D([], [], color=INK, label="largest predicted", **_DASHED | {"linewidth": 0.7})
     extra = [predicted] if "friction_utilisation_predicted" in recording.dataset else []
     return _finish(figure, panels, recording, extra)

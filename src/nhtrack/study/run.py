@@ -16,7 +16,8 @@ import numpy as np
 
 from nhtrack.diffdrive import DiffDrive, identify
 from nhtrack.errors import NhtrackError, SimulationDiverged
-from nhtrack.metrics import slides, summary
+from nhtrack.events import find_events, sentences
+from nhtrack.metrics import summary
 from nhtrack.recording import Recording, atomic_path, make_recording
 from nhtrack.rollout import Progress, Rollout, rollout
 from nhtrack.scenario.build import Experiment, build
@@ -103,7 +104,7 @@ def simulate(scenario: Scenario, stage: Stage | None = None) -> Outcome:
         scene = make_scene(replace(experiment.scene, bounds=_bounds(twin)))
         main = _roll(MujocoSimulation(scene, experiment.dt), experiment, stage, "MuJoCo")
     recording = _recording(scenario, experiment, drive, main, twin, scene)
-    told = [*warnings(scenario, experiment, twin, drive), *slides(recording)]
+    told = [*warnings(scenario, experiment, twin, drive), *sentences(find_events(recording))]
     figures = summary(recording) | {"warnings": told}
     return Outcome(recording, figures, main.failure)
 

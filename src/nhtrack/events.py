@@ -1,0 +1,287 @@
+"""What went wrong on wheels, when and for whom: slipping, a wheel off the floor, a robot stuck, leaning or tipped over.
+
+A row of a recording stands for the control period that ends at its time: its wheel loads are means and its utilisation
+is the worst over that period. An event therefore begins where the period of its first row begins and ends at the time
+of its last row. Rows without a break in which a condition holds are one spell; spells that are too short for their kind
+are left out, and those of one robot that are less than `GAP` apart are one event, whichever wheel they are of.
+
+Only wheels on a floor have events: a run on the ideal integrator has none. A condition that compares what is not known
+(NaN: a virtual root, telemetry before the first period) does not hold, and a kind whose variables or attributes a
+recording lacks is not looked for.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Literal, NamedTuple
+
+import numpy as np
+
+from nhtrack.recording import COMPONENTS, Recording
+
+# Friction utilisation from which a wheel is at its limit: contact forces of a sliding wheel are within 1e-5 of 1.
+AT_LIMIT = 0.99
+# [m/s] Slip speed from which a wheel at its limit slides. Regularised friction lets a wheel that holds creep at up to
+# 1e-6 m/s (docs/fidelity.md); a wheel can be at its limit and yet creep, while the other one holds the axle.
+CREEP = 1e-3
+# [s] How long a wheel must bear no load. On a slippery floor a rolling wheel hops for some 10 ms.
+LIFTED = 0.02
+# [s] How long a robot must hardly move. A robot that turns round at its motors' limits does so for some 0.01 s.
+STUCK = 0.5
+# Share of the speed that motors without load give the wheels, below which a robot hardly moves ...
+STILL = 0.02
+# ... and above which its wheels spin: then they turn at five times the speed of the ground below them, or more.
+SPINNING = 0.1
+# Share of a control period from which a motor that its limits cut counts as being there.
+CUT = 0.5
+# [rad] Tilt from which a robot leans, 5 degrees: on wheels and casters, even hopping ones, it tilts by 3e-3 at most.
+LEANING = np.radians(5.0)
+# [s] Spells closer together than this are one event: no figure shows such a break, and no robot recovers within it.
+GAP = 0.1
+
+TIPPED_OVER = "tipped over"  # reason of the `SimulationDiverged` of a robot on its side
+
+_ROUNDING = 1e-9  # [s] of times that are sums of periods
+
+Kind = Literal["slipping", "wheel off the floor", "stuck", "leaning", "tipped"]
+
+
+@dataclass(frozen=True)
+class Event:
+    """Something that went wrong, once.
+
+    Attributes:
+        kind: what happened.
+        robot: name of the robot.
+        wheel: `left`, `right` or `both`; None where the robot as a whole is meant.
+        start: when it began, on the robot's clock [s].
+        end: when it ended, or where the recording ends [s].
+        measure: what `worst` is.
+        worst: how bad it was, in `unit`.
+        unit: unit of `worst`.
+    """
+
+    kind: Kind
+    robot: str
+    wheel: str | None
+    start: float
+    end: float
+    measure: str
+    worst: float
+    unit: str
+
+
+def find_events(recording: Recording) -> tuple[Event, ...]:
+    """Returns the events of a run, by their start, then in the order of robots and kinds.
+
+    - `slipping`: a wheel at its friction limit (`AT_LIMIT`) that slips faster than `CREEP`; its largest slip speed.
+    - `wheel off the floor`: a wheel that bears no load for `LIFTED` or longer, on the mean over a control period, since
+      the contact forces of a sliding wheel chatter from one physics step to the next; the share of the event's time in
+      which a wheel is.
+    - `stuck`: a robot that hardly moves for `STUCK` or longer although a wheel spins or a motor is at its limit;
+      largest speed at a wheel's rim. Turning on the spot is motion: the way of the axle and that of the wheels about it
+      count, over a control period. Slow and fast are shares (`STILL`, `SPINNING`) of the speed that motors without load
+      give the wheels, so that robots of any size are measured by what they can do.
+    - `leaning`: a tilt beyond `LEANING`; largest tilt.
+    - `tipped`: the run ended because the robot tipped over; largest tilt recorded until then.
+    """
+    if recording.backend != "mujoco":
+        return ()
+    found = [event for sign in _SIGNS if sign.is_known(recording) for event in _events_of(recording, sign)]
+    found += _tipping(recording)
+    places = {name: place for place, name in enumerate(recording.robots)}
+    return tuple(sorted(found, key=lambda event: (event.start, places[event.robot])))
+
+
+def sentences(events: Sequence[Event]) -> tuple[str, ...]:
+    """Returns one sentence for each robot and kind: for how long, since when, how bad."""
+    groups: dict[tuple[str, Kind], list[Event]] = {}
+    for event in events:
+        groups.setdefault((event.robot, event.kind), []).append(event)
+    return tuple(f"{robot} {_sentence(kind, group)}" for (robot, kind), group in groups.items())
+
+
+# What is looked for ---------------------------------------------------------------------------------------------------
+
+
+class Condition(NamedTuple):
+    """Where a condition holds and how bad it is there.
+
+    Attributes:
+        holds: shape (t, n, 2) for wheels, (t, n, 1) for robots.
+        badness: of the worse wheel, shape (t, n).
+    """
+
+    holds: np.ndarray
+    badness: np.ndarray
+
+
+@dataclass(frozen=True)
+class Sign:
+    """How events of one kind are told from a recording.
+
+    Attributes:
+        kind: the kind of event.
+        measure: what the badness is.
+        unit: unit of the badness.
+        condition: reads the condition from a recording.
+        variables: variables that it needs.
+        attributes: attributes that it needs.
+        shortest: how long the condition must hold without a break [s].
+        worst: takes the badness of an event's rows to that of the event.
+    """
+
+    kind: Kind
+    measure: str
+    unit: str
+    condition: Callable[[Recording], Condition]
+    variables: tuple[str, ...]
+    attributes: tuple[str, ...] = ()
+    shortest: float = 0.0
+    worst: Callable[[np.ndarray], float] = np.max
+
+    def is_known(self, recording: Recording) -> bool:
+        """Returns whether the recording has what the condition needs."""
+        variables, attributes = recording.dataset.data_vars, recording.dataset.attrs
+        return set(self.variables) <= set(variables) and set(self.attributes) <= set(attributes)
+
+
+def _slipping(recording: Recording) -> Condition:
+    speed = np.hypot(recording["longitudinal_slip"].values, recording["lateral_slip"].values[..., None])
+    slips = (recording["friction_utilisation"].values >= AT_LIMIT) & (speed > CREEP)
+    return Condition(slips, np.where(slips, speed, 0.0).max(axis=-1))
+
+
+def _off_the_floor(recording: Recording) -> Condition:
+    bears_nothing = recording["wheel_load"].values <= 0
+    return Condition(bears_nothing, bears_nothing.any(axis=-1).astype(float))
+
+
+def _stuck(recording: Recording) -> Condition:
+    wheel_radius, half_separation, no_load_speed = (float(recording.dataset.attrs[name]) for name in _DRIVE)
+    # Means over the period: velocities of a jammed robot chatter from one physics step to the next.
+    x, y, theta = np.moveaxis(np.diff(recording["pose"].values, axis=0, prepend=np.nan), -1, 0)
+    moved = np.hypot(x, y) + half_separation * np.abs(theta)
+    period = recording.time - _begins(recording.time)
+    still = moved < STILL * wheel_radius * no_load_speed * period[:, None]
+    spin = np.abs(recording["wheel_speed"].values).max(axis=-1)
+    cut = recording["torque_saturation"].values.max(axis=-1)
+    stuck = still & ((spin > SPINNING * no_load_speed) | (cut > CUT))
+    return Condition(stuck[..., None], wheel_radius * spin)
+
+
+def _leaning(recording: Recording) -> Condition:
+    tilt = recording["tilt"].values
+    return Condition((tilt > LEANING)[..., None], tilt)
+
+
+_DRIVE = ("wheel_radius", "half_separation", "no_load_speed")
+
+_SIGNS = (
+    Sign(
+        "slipping", "slip speed", "m/s",
+        _slipping, ("friction_utilisation", "longitudinal_slip", "lateral_slip"),
+    ),
+    Sign(
+        "wheel off the floor", "share of the time", "1",
+        _off_the_floor, ("wheel_load",), shortest=LIFTED, worst=np.mean,
+    ),
+    Sign(
+        "stuck", "rim speed", "m/s",
+        _stuck, ("pose", "wheel_speed", "torque_saturation"), _DRIVE, shortest=STUCK,
+    ),
+    Sign("leaning", "tilt", "rad", _leaning, ("tilt",)),
+)  # fmt: skip
+
+
+# From conditions to events --------------------------------------------------------------------------------------------
+
+
+def _events_of(recording: Recording, sign: Sign) -> list[Event]:
+    time, begins = recording.time, _begins(recording.time)
+    holds, badness = sign.condition(recording)
+    wheels: np.ndarray = np.apply_along_axis(lasting, 0, holds, time, sign.shortest)
+    robots: np.ndarray = np.any(wheels, axis=-1)
+    return [
+        Event(
+            sign.kind, robot, _wheel(wheels[rows, i]), float(begins[rows.start]), float(time[rows.stop - 1]),
+            sign.measure, float(sign.worst(badness[rows, i])), sign.unit,
+        )
+        for i, robot in enumerate(recording.robots)
+        for rows in joined(robots[:, i], time)
+    ]  # fmt: skip
+
+
+def _wheel(holds: np.ndarray) -> str | None:
+    """Returns which wheels an event is of, from its rows: shape (k, 2), or (k, 1) for the robot as a whole."""
+    if holds.shape[-1] == 1:
+        return None
+    left, right = COMPONENTS["wheel"]
+    return "both" if holds.any(axis=0).all() else (left if holds[:, 0].any() else right)
+
+
+def lasting(holds: np.ndarray, time: np.ndarray, shortest: float) -> np.ndarray:
+    """Returns `holds` without its spells shorter than `shortest` [s], all of shape (t,)."""
+    first, last = _spells(holds)
+    short = time[last] - _begins(time)[first] < shortest - _ROUNDING
+    kept = holds.copy()
+    for start, end in zip(first[short], last[short], strict=True):
+        kept[start : end + 1] = False
+    return kept
+
+
+def joined(holds: np.ndarray, time: np.ndarray) -> list[slice]:
+    """Returns the rows of each event: of the spells of `holds`, those less than `GAP` apart joined."""
+    first, last = _spells(holds)
+    if not len(first):
+        return []
+    apart = _begins(time)[first[1:]] - time[last[:-1]] >= GAP - _ROUNDING
+    starts, ends = first[np.append(True, apart)], last[np.append(apart, True)]
+    return [slice(int(start), int(end) + 1) for start, end in zip(starts, ends, strict=True)]
+
+
+def _spells(holds: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Returns the first and the last row of every spell."""
+    edges = np.flatnonzero(np.diff(holds, prepend=False, append=False))
+    return edges[::2], edges[1::2] - 1
+
+
+def _begins(time: np.ndarray) -> np.ndarray:
+    """Returns when the period of each row begins [s]: the first row stands for an instant."""
+    return np.append(time[:1], time[:-1])
+
+
+def _tipping(recording: Recording) -> list[Event]:
+    """Returns the event of a robot that tipped over, at the end of the period that was not recorded any more."""
+    attributes = recording.dataset.attrs
+    if attributes.get("diverged_reason") != TIPPED_OVER:
+        return []
+    robot, time = str(attributes["diverged_robot"]), float(attributes["diverged_time"])
+    tilt = recording["tilt"].values[:, recording.robots.index(robot)]
+    return [Event("tipped", robot, None, time, time, "tilt", float(tilt.max()), "rad")]
+
+
+# In words -------------------------------------------------------------------------------------------------------------
+
+_SENTENCES: dict[Kind, str] = {
+    "slipping": "slid: a wheel was at its friction limit for {seconds:.2g} s, first at {first:.3g} s, "
+    "sliding at up to {worst:.2g} m/s",
+    "wheel off the floor": "lifted {wheels}: off the floor for {seconds:.2g} s, first at {first:.3g} s",
+    "stuck": "was stuck: hardly moved for {seconds:.2g} s, first at {first:.3g} s, while its wheels turned at up to "
+    "{worst:.2g} m/s at their rims",
+    "leaning": "leaned: for {seconds:.2g} s, first at {first:.3g} s, by up to {degrees:.2g} degrees",
+    "tipped": "tipped over: at {first:.3g} s; it leaned by {degrees:.2g} degrees in the last row that is recorded",
+}
+
+
+def _sentence(kind: Kind, events: Sequence[Event]) -> str:
+    worst = max(event.worst for event in events)
+    wheels = {event.wheel for event in events}
+    return _SENTENCES[kind].format(
+        seconds=sum(event.end - event.start for event in events),
+        first=events[0].start,
+        worst=worst,
+        degrees=np.degrees(worst),
+        wheels="its wheels" if len(wheels) > 1 or "both" in wheels else f"its {events[0].wheel} wheel",
+    )

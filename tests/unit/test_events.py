@@ -1,0 +1,477 @@
+"""What counts as an event, when it begins and ends, and how it is told; on runs made by hand and on real ones."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from rich.console import Console
+
+from nhtrack.cli.screen import print_outcome
+from nhtrack.events import (
+    AT_LIMIT,
+    CREEP,
+    GAP,
+    LEANING,
+    LIFTED,
+    SPINNING,
+    STILL,
+    STUCK,
+    Event,
+    find_events,
+    joined,
+    lasting,
+    sentences,
+)
+from nhtrack.metrics import summary
+from nhtrack.recording import Recording, make_recording
+from nhtrack.scenario.load import load
+from nhtrack.study.run import Outcome, simulate
+from recordings import synthetic_recording
+
+# Times in these tests are sums of periods of 10 ms; far below a period, far above rounding.
+SAME_TIME = 1e-9  # [s]
+
+DT = 0.01
+ROWS = 301
+TIME = np.arange(ROWS) * DT
+WHEEL_RADIUS, HALF_SEPARATION, NO_LOAD_SPEED = 0.03, 0.05, 50.0
+TOP_SPEED = WHEEL_RADIUS * NO_LOAD_SPEED
+DRIVE = {"wheel_radius": WHEEL_RADIUS, "half_separation": HALF_SEPARATION, "no_load_speed": NO_LOAD_SPEED}
+LEADER, FOLLOWER = 0, 1
+LEFT, RIGHT = 0, 1
+
+
+class Story:
+    """Two robots that stand still on their wheels, until told otherwise; as in a run, row 0 knows no forces."""
+
+    def __init__(self) -> None:
+        wheels = {"wheel_load": 2.7, "friction_utilisation": 0.1, "longitudinal_slip": 0.0, "torque_saturation": 0.0}
+        self.arrays = {name: np.full((ROWS, 2, 2), value) for name, value in wheels.items()}
+        for name in ("wheel_load", "friction_utilisation", "torque_saturation"):
+            self.arrays[name][0] = np.nan
+        self.arrays |= {name: np.zeros((ROWS, 2)) for name in ("lateral_slip", "tilt")}
+        self.arrays |= {"wheel_speed": np.zeros((ROWS, 2, 2)), "pose": np.zeros((ROWS, 2, 3))}
+        self.arrays |= {"ideal_pose": np.zeros((ROWS, 2, 3)), "error": np.zeros((ROWS, 2, 3))}
+        self.arrays["friction_utilisation_predicted"] = self.arrays["friction_utilisation"].copy()
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        return self.arrays[name]
+
+    def slide(self, rows: slice | int, robot: int, wheel: int, speed: float, used: float = 1.0) -> None:
+        self["friction_utilisation"][rows, robot, wheel] = used
+        self["longitudinal_slip"][rows, robot, wheel] = speed
+
+    def drive(self, speed: float, turning: float = 0.0) -> None:
+        """Makes the follower go ahead [m/s] and turn [rad/s]."""
+        self["pose"][:, FOLLOWER, 0], self["pose"][:, FOLLOWER, 2] = speed * TIME, turning * TIME
+
+    def recording(self, **changes: Any) -> Recording:
+        attributes = {
+            "name": "by hand", "backend": "mujoco", "outcome": "completed", "length_scale": 1.0, "time_scale": 1.0,
+            "parents": {"leader": [], "follower": ["leader"]},
+        } | DRIVE | changes  # fmt: skip
+        kept = {key: value for key, value in attributes.items() if value is not None}
+        return make_recording(TIME, ("leader", "follower"), self.arrays, kept)
+
+    def events(self, **changes: Any) -> tuple[Event, ...]:
+        return find_events(self.recording(**changes))
+
+
+@pytest.fixture
+def story() -> Story:
+    return Story()
+
+
+def spans(events: tuple[Event, ...]) -> list[tuple[str, str | None, float, float]]:
+    return [(event.kind, event.wheel, round(event.start, 6), round(event.end, 6)) for event in events]
+
+
+# -- nothing ----------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("followers", [1, 9])
+def test_a_run_that_went_well_has_no_events(followers: int) -> None:
+    assert find_events(synthetic_recording(followers, samples=201)) == ()
+    assert sentences(()) == ()
+
+
+def test_the_ideal_integrator_has_no_wheels_to_slip(story: Story) -> None:
+    """Its utilisation is a prediction: it may say 5 and nothing slides."""
+    story.slide(slice(10, 20), FOLLOWER, LEFT, 0.3)
+    assert story.events() != ()
+    assert story.events(backend="ideal") == ()
+
+
+def test_a_virtual_root_has_no_wheels_either(story: Story) -> None:
+    for values in story.arrays.values():
+        values[:, LEADER] = np.nan
+    story["pose"][:, LEADER] = story["ideal_pose"][:, LEADER] = 0.0  # it has a place, and stands still
+    assert story.events() == ()
+    story.slide(slice(10, 20), FOLLOWER, LEFT, 0.3)
+    assert [event.robot for event in story.events()] == ["follower"]
+
+
+def test_what_a_recording_does_not_know_is_not_looked_for() -> None:
+    """Each kind needs what it compares, and nothing else."""
+    story = Story()
+    story.slide(slice(10, 20), FOLLOWER, LEFT, 0.3)
+    story["tilt"][50:60, LEADER] = 0.2
+    del story.arrays["longitudinal_slip"], story.arrays["wheel_load"], story.arrays["wheel_speed"]
+    assert [event.kind for event in story.events()] == ["leaning"]
+
+
+# -- slipping ---------------------------------------------------------------------------------------
+
+
+def test_a_slide_lasts_from_the_start_of_its_first_period_to_the_end_of_its_last(story: Story) -> None:
+    """Rows 10 to 19 tell of the periods that end at 0.10 s to 0.19 s."""
+    story.slide(slice(10, 20), FOLLOWER, LEFT, 0.2)
+    story.slide(14, FOLLOWER, LEFT, -0.3)
+    assert story.events() == (
+        Event("slipping", "follower", "left", TIME[9], TIME[19], "slip speed", 0.3, "m/s"),
+    )
+
+
+def test_a_slide_may_fill_the_run(story: Story) -> None:
+    story.slide(slice(1, None), LEADER, RIGHT, 0.2)
+    assert spans(story.events()) == [("slipping", "right", 0.0, 3.0)]
+
+
+@pytest.mark.parametrize(
+    ("used", "speed", "slips"),
+    [
+        (1.0, 2 * CREEP, True),
+        (1.0, CREEP, False),  # at the limit, but held: the other wheel bears the rest
+        (AT_LIMIT, 1.0, True),
+        (AT_LIMIT - 1e-6, 1.0, False),  # such speeds are those of soft contacts, or of a wheel in the air
+        (math.inf, 1.0, True),  # no friction at all
+        (math.nan, 1.0, False),
+        (1.0, math.nan, False),
+    ],
+)
+def test_a_wheel_slips_at_its_limit_and_above_creep(story: Story, used: float, speed: float, slips: bool) -> None:
+    story.slide(slice(10, 20), FOLLOWER, LEFT, speed, used)
+    assert (spans(story.events()) == [("slipping", "left", 0.09, 0.19)]) == slips
+    assert len(story.events()) == slips
+
+
+def test_slip_is_that_of_the_wheel_that_slides_in_both_directions(story: Story) -> None:
+    story.slide(slice(10, 20), FOLLOWER, LEFT, 0.3)
+    story["lateral_slip"][10:20, FOLLOWER] = -0.4
+    story["longitudinal_slip"][10:20, FOLLOWER, RIGHT] = 7.0  # this one holds
+    (event,) = story.events()
+    assert (event.wheel, event.worst) == ("left", pytest.approx(0.5))
+
+
+def test_both_wheels_make_one_event(story: Story) -> None:
+    story.slide(slice(10, 20), FOLLOWER, LEFT, 0.3)
+    story.slide(slice(15, 40), FOLLOWER, RIGHT, 0.1)
+    story.slide(slice(70, 80), FOLLOWER, RIGHT, 0.2)
+    assert spans(story.events()) == [("slipping", "both", 0.09, 0.39), ("slipping", "right", 0.69, 0.79)]
+
+
+# -- a wheel off the floor --------------------------------------------------------------------------
+
+
+def test_a_wheel_is_off_the_floor_when_it_bears_no_load_for_long_enough(story: Story) -> None:
+    rows = round(LIFTED / DT)
+    story["wheel_load"][10 : 10 + rows, FOLLOWER, LEFT] = 0.0
+    story["wheel_load"][100 : 100 + rows - 1, FOLLOWER, LEFT] = 0.0  # a hop
+    story["wheel_load"][200:220, FOLLOWER, LEFT] = 0.01  # touches in some physics steps of each period
+    (event,) = story.events()
+    assert event == Event(
+        "wheel off the floor", "follower", "left", TIME[9], TIME[9 + rows], "share of the time", 1.0, "1"
+    )
+
+
+def test_hops_do_not_add_up(story: Story) -> None:
+    """Every other period off the floor is a wheel that hops, and so are wheels that hop in turn."""
+    story["wheel_load"][10:40:2, FOLLOWER, LEFT] = 0.0
+    story["wheel_load"][11:40:2, FOLLOWER, RIGHT] = 0.0
+    assert story.events() == ()
+
+
+def test_how_long_a_wheel_is_off_the_floor_is_a_share(story: Story) -> None:
+    story["wheel_load"][10:16, FOLLOWER, LEFT] = 0.0
+    story["wheel_load"][20:22, FOLLOWER, RIGHT] = 0.0
+    (event,) = story.events()
+    assert (event.wheel, event.worst) == ("both", pytest.approx(8 / 12))
+
+
+# -- stuck ------------------------------------------------------------------------------------------
+
+
+def spinning(story: Story, rows: slice = slice(None), share: float = 1.0) -> Story:
+    story["wheel_speed"][rows, FOLLOWER, LEFT] = -share * NO_LOAD_SPEED
+    return story
+
+
+def test_a_robot_is_stuck_when_its_wheels_spin_and_it_stays(story: Story) -> None:
+    (event,) = spinning(story, slice(50, 101)).events()
+    assert event == Event("stuck", "follower", None, TIME[49], TIME[100], "rim speed", TOP_SPEED, "m/s")
+
+
+def test_a_robot_is_stuck_when_its_motors_are_at_their_limits_and_it_stays(story: Story) -> None:
+    story["torque_saturation"][50:101, FOLLOWER, RIGHT] = 0.8
+    assert spans(story.events()) == [("stuck", None, 0.49, 1.0)]
+    assert story.events()[0].worst == 0.0  # held so that its wheels cannot even turn
+
+
+def test_less_than_half_a_second_is_not_stuck(story: Story) -> None:
+    rows = round(STUCK / DT)
+    assert spinning(story, slice(50, 50 + rows - 1)).events() == ()
+    assert len(spinning(story, slice(150, 150 + rows)).events()) == 1
+
+
+@pytest.mark.parametrize("size", [0.1, 1.0, 10.0])
+@pytest.mark.parametrize(("speed", "stuck"), [(0.9, True), (1.1, False)])
+def test_robots_of_any_size_are_measured_by_their_own_speed(
+    story: Story, size: float, speed: float, stuck: bool
+) -> None:
+    """A robot size times as large, with wheels as fast: lengths and speeds go with size."""
+    spinning(story).drive(speed * STILL * TOP_SPEED * size)
+    changes = {"wheel_radius": size * WHEEL_RADIUS, "half_separation": size * HALF_SEPARATION}
+    assert bool(story.events(**changes)) == stuck
+
+
+def test_turning_on_the_spot_is_motion(story: Story) -> None:
+    spinning(story).drive(0.0, turning=1.1 * STILL * TOP_SPEED / HALF_SEPARATION)
+    assert story.events() == ()
+
+
+def test_wheels_that_roll_slowly_do_not_spin(story: Story) -> None:
+    """A robot that parks: slow, and its wheels as slow."""
+    assert spinning(story, share=0.9 * SPINNING).events() == ()
+    assert len(spinning(story, share=1.1 * SPINNING).events()) == 1
+
+
+@pytest.mark.parametrize("attribute", list(DRIVE))
+def test_older_recordings_cannot_tell_who_is_stuck(story: Story, attribute: str) -> None:
+    assert spinning(story).events(**{attribute: None}) == ()
+
+
+# -- leaning and tipping ----------------------------------------------------------------------------
+
+
+def test_a_robot_leans_beyond_five_degrees(story: Story) -> None:
+    story["tilt"][10:20, FOLLOWER] = np.radians(6.0)
+    story["tilt"][100:120, FOLLOWER] = np.radians(4.9)
+    (event,) = story.events()
+    assert event == Event("leaning", "follower", None, TIME[9], TIME[19], "tilt", np.radians(6.0), "rad")
+
+
+def test_a_robot_that_leans_from_the_first_row_on(story: Story) -> None:
+    story["tilt"][:20, FOLLOWER] = 2 * LEANING
+    assert spans(story.events()) == [("leaning", None, 0.0, 0.19)]
+
+
+def test_a_robot_tips_over_where_the_run_ends_for_it(story: Story) -> None:
+    """The row in which it would lie on its side is not recorded any more."""
+    story["tilt"][280:, FOLLOWER] = np.linspace(0.1, 0.5, ROWS - 280)
+    end = {"diverged_robot": "follower", "diverged_time": 3.01, "diverged_reason": "tipped over"}
+    leaning, tipped = story.events(**end)
+    assert (leaning.kind, leaning.end) == ("leaning", pytest.approx(3.0, abs=SAME_TIME))
+    assert tipped == Event("tipped", "follower", None, 3.01, 3.01, "tilt", 0.5, "rad")
+
+
+def test_only_tipping_is_tipping(story: Story) -> None:
+    """Neither another divergence nor words in the outcome."""
+    end = {"diverged_robot": "follower", "diverged_time": 3.01, "diverged_reason": "state is not finite"}
+    assert story.events(**end) == ()
+    assert story.events(outcome="diverged: tipped over: robot 'follower' at t = 3.010 s (simulation 0)") == ()
+
+
+# -- spells and gaps --------------------------------------------------------------------------------
+
+
+def periods_that_hold(holds: list[bool]) -> list[list[int]]:
+    """Rows of every spell, one by one."""
+    rows = enumerate(holds)
+    return [[row for row, _ in spell] for held, spell in itertools.groupby(rows, key=lambda row: row[1]) if held]
+
+
+# Periods in milliseconds, so that no gap of whole milliseconds is on a knife's edge of rounding.
+clocks = st.integers(1, 60).flatmap(
+    lambda size: st.tuples(
+        st.lists(st.integers(1, 80), min_size=size, max_size=size),
+        st.lists(st.booleans(), min_size=size + 1, max_size=size + 1),
+    )
+)
+
+
+@given(clocks)
+def test_spells_less_than_a_gap_apart_are_one_event_and_others_are_not(drawn: tuple[list[int], list[bool]]) -> None:
+    ticks = np.cumsum([0, *drawn[0]])
+    holds = drawn[1]
+    expected: list[list[int]] = []
+    for spell in periods_that_hold(holds):
+        # A spell begins where its first period does: the time between is that of the periods that do not hold.
+        if expected and ticks[spell[0] - 1] - ticks[expected[-1][-1]] < round(1e3 * GAP):
+            expected[-1] += spell
+        else:
+            expected.append(list(spell))
+    found = joined(np.array(holds), ticks * 1e-3)
+    assert [(rows.start, rows.stop - 1) for rows in found] == [(rows[0], rows[-1]) for rows in expected]
+
+
+@given(clocks, st.integers(0, 200))
+def test_spells_that_are_too_short_are_left_out_whole(drawn: tuple[list[int], list[bool]], shortest: int) -> None:
+    ticks = np.cumsum([0, *drawn[0]])
+    holds = np.array(drawn[1])
+    expected = np.zeros(len(holds), dtype=bool)
+    for spell in periods_that_hold(drawn[1]):
+        expected[spell] = ticks[spell[-1]] - ticks[max(spell[0] - 1, 0)] >= shortest
+    before = holds.copy()
+    np.testing.assert_array_equal(lasting(holds, ticks * 1e-3, shortest * 1e-3), expected)
+    np.testing.assert_array_equal(holds, before)
+
+
+@given(st.lists(st.sampled_from([0.0, 1.0, math.nan]), min_size=1, max_size=40))
+def test_an_unknown_row_is_one_in_which_nothing_happens(used: list[float]) -> None:
+    story = Story()
+    story.slide(slice(1, 1 + len(used)), FOLLOWER, LEFT, 0.3)
+    story["friction_utilisation"][1 : 1 + len(used), FOLLOWER, LEFT] = used
+    found = story.events()
+    story["friction_utilisation"][:] = np.nan_to_num(story["friction_utilisation"])
+    assert found == story.events()
+    assert bool(found) == (1.0 in used)
+
+
+def test_a_run_of_one_row(story: Story) -> None:
+    story.arrays = {name: values[:1] for name, values in story.arrays.items()}
+    recording = make_recording(TIME[:1], ("leader", "follower"), story.arrays, {"backend": "mujoco"} | DRIVE)
+    assert find_events(recording) == ()
+
+
+# -- in words ---------------------------------------------------------------------------------------
+
+
+def test_events_are_told_in_the_order_of_time(story: Story) -> None:
+    story["tilt"][10:20, FOLLOWER] = 0.2
+    story.slide(slice(5, 8), FOLLOWER, LEFT, 0.3)
+    story.slide(slice(10, 20), LEADER, LEFT, 0.3)
+    told = [(event.robot, event.kind) for event in story.events()]
+    assert told == [("follower", "slipping"), ("leader", "slipping"), ("follower", "leaning")]
+
+
+def test_a_sentence_for_each_robot_and_kind(story: Story) -> None:
+    story.slide(slice(10, 20), FOLLOWER, LEFT, 0.3)
+    story.slide(slice(100, 130), FOLLOWER, RIGHT, 0.25)
+    story.slide(slice(50, 60), LEADER, LEFT, 2.0)
+    spinning(story, slice(200, 260))
+    assert sentences(story.events()) == (
+        "follower slid: a wheel was at its friction limit for 0.4 s, first at 0.09 s, sliding at up to 0.3 m/s",
+        "leader slid: a wheel was at its friction limit for 0.1 s, first at 0.49 s, sliding at up to 2 m/s",
+        "follower was stuck: hardly moved for 0.6 s, first at 1.99 s, while its wheels turned at up to 1.5 m/s at "
+        "their rims",
+    )
+
+
+@pytest.mark.parametrize(("wheels", "told"), [([LEFT], "its left wheel"), ([LEFT, RIGHT], "its wheels")])
+def test_a_sentence_names_the_wheel_that_was_off_the_floor(story: Story, wheels: list[int], told: str) -> None:
+    for k, wheel in enumerate(wheels):
+        story["wheel_load"][10 + 50 * k : 20 + 50 * k, FOLLOWER, wheel] = 0.0
+    seconds = f"{0.1 * len(wheels):.2g} s"
+    assert sentences(story.events()) == (
+        f"follower lifted {told}: off the floor for {seconds}, first at 0.09 s",
+    )
+
+
+def test_sentences_give_angles_in_degrees(story: Story) -> None:
+    story["tilt"][281:, FOLLOWER] = np.radians(21.0)
+    end = {"diverged_robot": "follower", "diverged_time": 3.01, "diverged_reason": "tipped over"}
+    assert sentences(story.events(**end)) == (
+        "follower leaned: for 0.2 s, first at 2.8 s, by up to 21 degrees",
+        "follower tipped over: at 3.01 s; it leaned by 21 degrees in the last row that is recorded",
+    )
+
+
+def printed(recording: Recording) -> list[str]:
+    console = Console(width=100)
+    with console.capture() as screen:
+        print_outcome(Outcome(recording, summary(recording), None), console)
+    return [line.rstrip() for line in screen.get().splitlines()]
+
+
+def test_the_terminal_shows_the_first_events_and_counts_the_others(story: Story) -> None:
+    for k in range(15):
+        story.slide(slice(1 + 20 * k, 6 + 20 * k), FOLLOWER, LEFT, 0.1 * (k + 1))
+    lines = printed(story.recording())
+    table = lines[lines.index("What went wrong on wheels") :]
+    assert len([line for line in table if line.split()[:1] == ["slipping"]]) == 12
+    assert table[2].split() == "slipping follower left 0.00 s 0.05 s slip speed 0.1 m/s".split()
+    assert table[-1].strip() == "and 3 more in summary.json"
+
+
+def test_the_terminal_shows_shares_in_per_cent_and_angles_in_degrees(story: Story) -> None:
+    story["wheel_load"][10:20, FOLLOWER, RIGHT] = 0.0
+    story["tilt"][11:20, FOLLOWER] = np.radians(7.5)
+    lines = [line.split() for line in printed(story.recording())]
+    assert "wheel off the floor follower right 0.09 s 0.19 s share of the time 100 %".split() in lines
+    assert "leaning follower - 0.10 s 0.19 s tilt 7.5 degrees".split() in lines
+
+
+def test_the_terminal_says_nothing_of_a_run_that_went_well(story: Story) -> None:
+    lines = printed(story.recording())
+    assert lines[0] == "by hand: what each follower makes of its leader"
+    assert not any("wrong" in line or "more in" in line for line in lines)
+
+
+# -- real wheels ------------------------------------------------------------------------------------
+
+FAST_TURN = ("physics.friction=3", "leader.start.twist=[2.4, 15]")  # v omega twice g b/h: see tests/fidelity
+
+
+def outcome(*overrides: str, duration: float) -> Outcome:
+    return simulate(load("tour/hello", [*overrides, f"duration={duration}"]))
+
+
+def kinds(found: Outcome, robot: str) -> set[str]:
+    return {event["kind"] for event in found.summary["events"] if event["robot"] == robot}
+
+
+@pytest.mark.slow
+class TestRealWheels:
+    def test_wheels_that_hold_have_no_events(self) -> None:
+        found = outcome(duration=1.0)
+        assert found.summary["events"] == []
+        assert found.summary["warnings"] == []
+
+    def test_on_a_slippery_floor_the_follower_slides_and_no_wheel_is_said_to_lift(self) -> None:
+        """While wheels slide, loads of single physics steps are zero as often as not; their means are not."""
+        found = outcome("physics.friction=0.03", duration=3.0)
+        assert kinds(found, "leader") == set()
+        assert kinds(found, "follower") == {"slipping"}
+        (event,) = found.summary["events"]
+        assert (event["wheel"], event["start"], event["end"]) == ("both", 0.0, pytest.approx(3.0, abs=SAME_TIME))
+        slip = found.recording["longitudinal_slip"].sel(robot="follower").values
+        assert np.abs(slip).max() <= event["worst"] < TOP_SPEED + 0.5
+        assert sum("follower slid" in told for told in found.summary["warnings"]) == 1
+
+    def test_without_friction_robots_are_stuck_with_spinning_wheels(self) -> None:
+        found = outcome("physics.friction=0", duration=1.5)
+        for robot in ("leader", "follower"):
+            assert kinds(found, robot) == {"slipping", "stuck"}
+        stuck = [event for event in found.summary["events"] if event["kind"] == "stuck"]
+        assert all(event["end"] == pytest.approx(1.5, abs=SAME_TIME) for event in stuck)
+        attributes = found.recording.dataset.attrs
+        top = attributes["wheel_radius"] * attributes["no_load_speed"]
+        assert max(event["worst"] for event in stuck) == pytest.approx(top, rel=0.01)
+
+    def test_a_robot_that_tips_lifts_a_wheel_and_leans_first(self) -> None:
+        found = outcome(*FAST_TURN, duration=1.0)
+        assert found.failure is not None
+        assert kinds(found, "follower") == set()
+        events = {event["kind"]: event for event in found.summary["events"]}
+        assert {"wheel off the floor", "leaning", "tipped"} <= set(events)
+        lifted, leaning, tipped = (events[kind] for kind in ("wheel off the floor", "leaning", "tipped"))
+        assert lifted["start"] < leaning["start"] < leaning["end"] < tipped["start"]
+        assert tipped["start"] == tipped["end"] == found.failure.time == found.recording.dataset.attrs["diverged_time"]
+        assert LEANING < tipped["worst"] == leaning["worst"] < np.radians(30.0)
+        assert any(told.startswith("leader tipped over: at ") for told in found.summary["warnings"])
