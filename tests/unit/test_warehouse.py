@@ -1,0 +1,361 @@
+"""The warehouse cart: its mass budget, wheel and motors against its README, the deck and what it may carry."""
+
+from __future__ import annotations
+
+import itertools
+import re
+
+import mujoco
+import numpy as np
+import pytest
+
+from nhtrack import assets
+from nhtrack.diffdrive import DiffDrive, identify
+from nhtrack.simulation.ideal import IdealSimulation
+from nhtrack.simulation.mujoco import MujocoSimulation
+from nhtrack.simulation.scene import Scene, SceneSpec, make_scene
+from nhtrack.simulation.state import State
+
+FOLDER = assets.find_robot("warehouse").parent
+GRAVITY = 9.81
+SUPPORTS = ("left_tyre", "right_tyre", "caster")
+RPM = 2 * np.pi / 60
+
+# The README gives masses to a gram and the file centres to ten digits: rounding of the last one, relative.
+WRITTEN = 1e-9
+# [m] and [kg m^2] of the chassis, whose inertia is written to twelve digits: some hundred rounded sums of order 10.
+CENTRE, INERTIA = 1e-9, 1e-10
+# Torques and speeds are written to nine digits or more.
+MOTOR = 1e-9
+# The README rounds loads [N] to one decimal, accelerations [m/s^2] and a height [m] to two.
+SHOWN_NEWTON, SHOWN_ACCELERATION, SHOWN_HEIGHT = 0.051, 0.0051, 0.0051
+# Contacts at rest against statics: what is left of the solver's error, relative.
+CONTACT = 1e-6
+# [m] by which stiff contacts give way under the weight, about g (2 h)^2 (1 - 0.9999), and move in half a second after.
+COMPRESSED, CREPT = 1e-8, 1e-12
+# A support that keeps this share of the cart's weight with any payload is not about to lift.
+LEAST_SHARE = 0.1
+# [m], [rad] from the ideal integrator after three seconds; measured 2.2e-7, a second-order remainder of the leapfrog.
+TRACKED = 1e-6
+# Share of friction 1 that a brisk drive takes; measured 0.38.
+USED = 0.5
+# [rad] by which unequal loads of the contacts lean the cart; measured 5e-9.
+LEANING = 1e-7
+
+
+@pytest.fixture(scope="module")
+def model() -> mujoco.MjModel:
+    return mujoco.MjModel.from_xml_path(str(FOLDER / "robot.xml"))
+
+
+@pytest.fixture(scope="module")
+def drive(model: mujoco.MjModel) -> DiffDrive:
+    return identify(model)
+
+
+@pytest.fixture(scope="module")
+def scene() -> Scene:
+    return make_scene(SceneSpec(("a", "b"), robot="warehouse"))
+
+
+# reading the README ---------------------------------------------------------------------------------------------------
+
+
+def readme_table(heading: str, nth: int = 0) -> list[list[str]]:
+    """Cells of the rows of a table under a heading of the README, without its head."""
+    section = (FOLDER / "README.md").read_text().split(f"## {heading}\n")[1].split("\n## ")[0]
+    table = re.findall(r"(?:^\|.+\|\n)+", section, flags=re.MULTILINE)[nth]
+    return [[cell.strip() for cell in row.strip("|").split("|")] for row in table.strip().split("\n")[2:]]
+
+
+def numbers(cell: str) -> list[float]:
+    """All numbers of a cell, in the order in which they stand."""
+    return [float(number) for number in re.findall(r"-?\d+(?:\.\d+)?(?:e-?\d+)?", cell)]
+
+
+def motor_data() -> dict[str, list[float]]:
+    return {row[0].split(" (")[0]: numbers(row[1]) for row in readme_table("Motors")}
+
+
+def deck_data() -> dict[str, np.ndarray]:
+    """Lengths in m, masses in kg."""
+    scale = {"mm": 1e-3, "kg": 1.0}
+    return {row[0]: np.array(numbers(row[1])) * scale[row[1].split()[-1]] for row in readme_table("Deck")}
+
+
+def allowed_corners() -> list[tuple[float, float]]:
+    """Corners of the rectangle for the payload's centre of mass, chassis frame [m]: front left first."""
+    deck = deck_data()
+    centre = deck["centre in the chassis frame"]
+    half = deck["rectangle for the payload's centre of mass, about the deck's centre"] / 2
+    return [(centre[0] + sx * half[0], centre[1] + sy * half[1]) for sx in (1, -1) for sy in (1, -1)]
+
+
+# statics, worked out independently of the library ---------------------------------------------------------------------
+
+
+def moments(model: mujoco.MjModel) -> tuple[float, np.ndarray]:
+    """Mass [kg] and centre of mass in the chassis frame [m] of the cart alone."""
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    return float(model.body_mass.sum()), np.array(data.subtree_com[model.body("chassis").id])
+
+
+def loads(model: mujoco.MjModel, payload: float = 0.0, place: tuple[float, float] = (0.0, 0.0)) -> np.ndarray:
+    """Loads [N] on left tyre, right tyre, caster of the cart at rest with a payload [kg] over a place [m]."""
+    mass, com = moments(model)
+    b, c = float(model.body("left_wheel").pos[1]), float(model.geom("caster").pos[0])
+    points = np.array([(0.0, b), (0.0, -b), (c, 0.0)])
+    first = mass * com[:2] + payload * np.array(place)
+    balance = np.vstack([np.ones(3), points.T])
+    return GRAVITY * np.linalg.solve(balance, np.array([mass + payload, *first]))
+
+
+def lifting_torque(model: mujoco.MjModel) -> float:
+    """Braking torque [N m] of each wheel at which the caster leaves the floor.
+
+    Pitch about the axle's ground point: m g d = (m h + 2 I / r) a, with the wheel's own inertia I; the rotor, which is
+    felt at the wheel through the gear, turns too little to matter.
+    """
+    mass, com = moments(model)
+    wheel, radius = model.body("left_wheel").inertia[1], model.geom("left_tyre").size[0]
+    braking = -mass * GRAVITY * com[0] / (mass * (com[2] + radius) + 2 * wheel / radius)
+    felt = mass + 2 * (wheel + model.joint("left_wheel").armature[0]) / radius**2
+    return float(braking * radius * felt / 2)
+
+
+# mass and motors ------------------------------------------------------------------------------------------------------
+
+
+def test_the_mass_budget_in_the_readme_gives_the_inertia_in_the_mjcf(model: mujoco.MjModel) -> None:
+    rows = readme_table("Mass budget of the chassis")
+    mass = np.array([float(row[1]) for row in rows])
+    at, size = (1e-3 * np.array([numbers(row[column]) for row in rows]) for column in (2, 3))
+    com = mass @ at / mass.sum()
+    inertia = np.zeros((3, 3))
+    for m, p, s in zip(mass, at - com, size, strict=True):  # boxes, and Steiner
+        inertia += m / 12 * (s @ s * np.eye(3) - np.diag(s**2)) + m * (p @ p * np.eye(3) - np.outer(p, p))
+    chassis, axes = model.body("chassis"), np.zeros(9)
+    mujoco.mju_quat2Mat(axes, chassis.iquat)
+    rotation = axes.reshape(3, 3)
+    assert chassis.mass[0] == pytest.approx(mass.sum(), rel=WRITTEN)
+    np.testing.assert_allclose(chassis.ipos, com, rtol=0, atol=CENTRE)
+    np.testing.assert_allclose(rotation @ np.diag(chassis.inertia) @ rotation.T, inertia, rtol=0, atol=INERTIA)
+
+
+def test_the_wheel_is_the_sum_of_its_rings(model: mujoco.MjModel) -> None:
+    rows = readme_table("The wheel")
+    mass = np.array([float(row[1]) for row in rows])
+    outer, inner, width = 1e-3 * np.array([numbers(row[2]) for row in rows]).T
+    squares = (outer**2 + inner**2) / 4
+    spin, across = mass @ squares / 2, mass @ (3 * squares + width**2) / 12
+    for side in ("left", "right"):
+        wheel = model.body(f"{side}_wheel")
+        assert wheel.mass[0] == pytest.approx(mass.sum(), rel=WRITTEN)
+        np.testing.assert_allclose(wheel.inertia, [across, spin, across], rtol=WRITTEN)
+    assert outer.max() / 2 == model.geom("left_tyre").size[0]
+
+
+@pytest.mark.parametrize(
+    ("ring", "density"), [("polyurethane tread", 1200.0), ("rim", 2700.0), ("web", 2700.0), ("hub", 2700.0)]
+)
+def test_a_ring_weighs_what_its_volume_does(ring: str, density: float) -> None:
+    row = next(row for row in readme_table("The wheel") if row[0] == ring)
+    outer, inner, width = 1e-3 * np.array(numbers(row[2]))
+    assert float(row[1]) == pytest.approx(density * np.pi / 4 * (outer**2 - inner**2) * width, abs=0.51e-3)
+
+
+def test_a_hundred_kilograms_with_a_low_centre(model: mujoco.MjModel) -> None:
+    mass, com = moments(model)
+    assert mass == pytest.approx(100.0, abs=5.0)
+    assert com[2] + model.geom("left_tyre").size[0] < deck_data()["height above the floor"][0] * 0.6
+
+
+def test_torque_and_speed_follow_from_motor_gear_and_terminal(model: mujoco.MjModel) -> None:
+    data = motor_data()
+    constant, ratio = data["torque constant"][0], data["gear ratio"][0]
+    efficiency, speed = data["efficiency of the gear"][0], data["speed limit of the motor at 48 V"][0]
+    rated_current = data["rated and largest current of the motor"][0]
+    terminal = data["rated and largest current of the terminal"][0]
+    rated = rated_current * constant * ratio * efficiency
+    no_load = 48 / np.sqrt(2) * np.sqrt(3) / constant / ratio
+    assert model.numeric("motor_no_load_speed").data[0] == pytest.approx(no_load, rel=MOTOR)
+    stall = rated / (1 - speed * RPM / ratio / no_load)
+    assert model.numeric("motor_stall_torque").data[0] == pytest.approx(stall, rel=MOTOR)
+    limit = terminal * constant * ratio * efficiency
+    assert terminal < rated_current
+    assert limit < data["nominal and largest torque of the gear"][0]
+    for side in ("left", "right"):
+        np.testing.assert_allclose(model.actuator(f"{side}_motor").ctrlrange, [-limit, limit], rtol=MOTOR)
+
+
+def test_the_armature_is_rotor_and_gear_felt_through_the_gear(model: mujoco.MjModel) -> None:
+    data = motor_data()
+    felt = 1e-4 * (data["rotor inertia"][0] + data["inertia of the gear at the motor"][0]) * data["gear ratio"][0] ** 2
+    for side in ("left", "right"):
+        assert model.joint(f"{side}_wheel").armature[0] == pytest.approx(felt, rel=WRITTEN)
+
+
+def test_full_torque_neither_lifts_the_caster_nor_spins_the_wheels(model: mujoco.MjModel, drive: DiffDrive) -> None:
+    limit = drive.motor.torque_limit
+    assert lifting_torque(model) / limit == pytest.approx(5.5, abs=0.05)  # as the README says
+    for sign in (1.0, -1.0):
+        u_x, u_theta = drive.acceleration(np.zeros(()), np.zeros(()), sign * np.array([limit, limit]))
+        assert abs(u_x) == pytest.approx(1.75, abs=SHOWN_ACCELERATION)
+        used = drive.friction_utilisation(np.zeros(()), np.zeros(()), u_x, u_theta, friction=1.0)
+        assert used.max() < 0.27 + SHOWN_ACCELERATION
+    _, turning = drive.acceleration(np.zeros(()), np.zeros(()), np.array([-limit, limit]))
+    assert turning == pytest.approx(4.88, abs=SHOWN_ACCELERATION)
+
+
+def test_the_limit_holds_up_to_a_warehouse_s_speed(drive: DiffDrive) -> None:
+    limit = drive.motor.torque_limit
+    speed = 1.6 / drive.wheel_radius
+    assert drive.motor.saturate(np.array(limit), np.array(speed)) == limit
+    assert 1.5 < drive.wheel_radius * 16.140 < 2.0  # the rated speed
+
+
+# deck and payload -----------------------------------------------------------------------------------------------------
+
+
+def test_the_deck_is_the_top_of_the_hull(model: mujoco.MjModel) -> None:
+    deck, hull, radius = deck_data(), model.geom("hull"), model.geom("left_tyre").size[0]
+    height = deck["height above the floor"][0]
+    assert hull.pos[2] + hull.size[2] + radius == pytest.approx(height, rel=WRITTEN)
+    mat = model.geom("deck")
+    assert mat.pos[2] + mat.size[2] + radius == pytest.approx(height, rel=WRITTEN)
+    np.testing.assert_allclose(mat.pos[:2], deck["centre in the chassis frame"], rtol=0, atol=CENTRE)
+    np.testing.assert_allclose(2 * mat.size[:2], deck["size"], rtol=WRITTEN)
+
+
+def test_the_rectangle_is_drawn_on_the_deck(model: mujoco.MjModel) -> None:
+    corners = np.array(allowed_corners())
+    front, rear = (model.geom(f"deck_line_{end}").pos[0] for end in ("front", "rear"))
+    left, right = (model.geom(f"deck_line_{side}").pos[1] for side in ("left", "right"))
+    np.testing.assert_allclose([front, rear], [corners[:, 0].max(), corners[:, 0].min()], rtol=0, atol=CENTRE)
+    np.testing.assert_allclose([left, right], [corners[:, 1].max(), corners[:, 1].min()], rtol=0, atol=CENTRE)
+
+
+def test_three_supports_stay_loaded_with_the_largest_payload_anywhere_in_the_rectangle(model: mujoco.MjModel) -> None:
+    payload = deck_data()["largest payload"][0]
+    weight = GRAVITY * model.body_mass.sum()
+    corners = np.array(allowed_corners())
+    grid = itertools.product(*np.linspace(corners.min(axis=0), corners.max(axis=0), 9).T)
+    least = min(float(loads(model, payload, place).min()) for place in grid)
+    assert least > LEAST_SHARE * weight
+    assert least == pytest.approx(min(loads(model, payload, corner).min() for corner in allowed_corners()), rel=WRITTEN)
+
+
+def test_the_loads_in_the_readme_are_those_of_statics(model: mujoco.MjModel) -> None:
+    deck = deck_data()
+    centre = tuple(deck["centre in the chassis frame"])
+    front, rear = allowed_corners()[0], allowed_corners()[2]
+    for row, place in zip(readme_table("Deck", 1), (centre, front, rear), strict=True):
+        near, far, caster = loads(model, deck["largest payload"][0], place)
+        printed = [numbers(cell)[0] for cell in row[1:]]
+        np.testing.assert_allclose(printed, [caster, near, far], rtol=0, atol=SHOWN_NEWTON)
+
+
+def test_full_braking_tips_no_ordinary_load_at_the_front(model: mujoco.MjModel, drive: DiffDrive) -> None:
+    """Pitch about the axle's ground point as in `lifting_torque`, the payload a point at the height sought."""
+    mass, com = moments(model)
+    payload, place = deck_data()["largest payload"][0], allowed_corners()[0]
+    radius, wheel = drive.wheel_radius, model.body("left_wheel").inertia[1]
+    braking = 2 * drive.motor.torque_limit / radius / (drive.m_eff + payload)
+    assert braking == pytest.approx(0.90, abs=SHOWN_ACCELERATION)
+    held = -GRAVITY * (mass * com[0] + payload * place[0]) / braking - mass * (com[2] + radius) - 2 * wheel / radius
+    assert held / payload - deck_data()["height above the floor"][0] == pytest.approx(0.47, abs=SHOWN_HEIGHT)
+
+
+# in motion ------------------------------------------------------------------------------------------------------------
+
+
+def contact_loads(model: mujoco.MjModel, data: mujoco.MjData) -> dict[str, float]:
+    """Sum of the normal forces [N] on the geoms of each support's name."""
+    found, force = dict.fromkeys(SUPPORTS, 0.0), np.zeros(6)
+    for index, contact in enumerate(data.contact):
+        mujoco.mj_contactForce(model, data, index, force)
+        found[model.geom(max(contact.geom)).name.split("/")[-1]] += force[0]
+    return found
+
+
+def stand(model: mujoco.MjModel, robots: int) -> mujoco.MjData:
+    """Robots about to step, a metre apart, one nanometre in the floor, so that every contact is active at once."""
+    state = mujoco.MjData(model)
+    state.qpos[1::9] = np.arange(robots)
+    state.qpos[2::9] = model.geom(0).pos[2] + 0.1 - 1e-9
+    return state
+
+
+@pytest.mark.slow
+def test_it_rests_on_three_points(scene: Scene, model: mujoco.MjModel) -> None:
+    state = stand(scene.model, robots=2)
+    start = state.qpos.copy()
+    mujoco.mj_step(scene.model, state, nstep=500)
+    settled = state.qpos.copy()
+    mujoco.mj_step(scene.model, state, nstep=500)
+    moved = np.abs(settled - start).reshape(2, 9)
+    assert moved[:, :3].max() < COMPRESSED
+    assert np.abs(state.qpos - settled).max() < CREPT
+    resting = np.array(list(contact_loads(scene.model, state).values())) / 2
+    np.testing.assert_allclose(resting, loads(model), rtol=CONTACT)
+
+
+def with_payload(place: tuple[float, float]) -> mujoco.MjModel:
+    """The cart on a stiff floor with the largest payload as a point on the deck over a place [m]."""
+    spec = mujoco.MjSpec.from_file(str(FOLDER / "robot.xml"))
+    deck = deck_data()
+    spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_PLANE, size=[0, 0, 1], pos=[0, 0, -0.1])
+    box = spec.body("chassis").add_body(name="payload", pos=[*place, deck["height above the floor"][0] - 0.1])
+    box.mass, box.ipos, box.inertia = deck["largest payload"][0], np.zeros(3), np.full(3, 1e-3)
+    box.explicitinertial = True
+    for name in SUPPORTS:
+        spec.geom(name).solref[:2], spec.geom(name).solimp[:3] = (0.002, 1.0), (0.9999, 0.9999, 0.001)
+    return spec.compile()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("corner", range(4))
+def test_it_stands_with_the_payload_over_every_corner(model: mujoco.MjModel, corner: int) -> None:
+    place = allowed_corners()[corner]
+    laden = with_payload(place)
+    state = mujoco.MjData(laden)
+    state.qpos[2] -= 1e-9
+    mujoco.mj_step(laden, state, nstep=1000)
+    expected = loads(model, deck_data()["largest payload"][0], place)
+    np.testing.assert_allclose(list(contact_loads(laden, state).values()), expected, rtol=CONTACT)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("share", "lifts"), [(1.0, False), (5.3, False), (5.7, True)])
+def test_braking_lifts_the_caster_at_five_and_a_half_times_the_limit(scene: Scene, share: float, lifts: bool) -> None:
+    """The caster lifts at 5.48 of the torque limit, and not before; friction 2 keeps the wheels from slipping."""
+    floor = make_scene(SceneSpec(scene.spec.robots, robot="warehouse", friction=2.0)).model
+    state = stand(floor, robots=2)
+    for name, side in itertools.product(scene.spec.robots, ("left", "right")):
+        limit = floor.actuator(f"{name}/{side}_motor").ctrlrange[1]
+        state.joint(f"{name}/{side}_wheel").qfrc_applied = -share * limit  # past the motor's own limit
+    mujoco.mj_step(floor, state, nstep=50)
+    casters = {floor.geom(f"{name}/caster").id for name in scene.spec.robots}
+    on_floor = [contact for contact in state.contact if casters & set(contact.geom)]
+    assert len(on_floor) == (0 if lifts else 2)
+
+
+@pytest.mark.slow
+def test_it_drives_straight_and_turns_as_the_ideal_one(scene: Scene) -> None:
+    dt, periods = 0.01, 300
+    start = State(0.0, np.array([[0.0, 0.0, 0.0], [0.0, 2.0, 0.5]]), np.zeros((2, 3)))
+    wheels, ideal = MujocoSimulation(scene, dt), IdealSimulation(("a", "b"), scene.drive, dt)
+    real, twin = wheels.reset(start), ideal.reset(start)
+    largest_tilt, used = 0.0, 0.0
+    for k in range(periods):
+        u = np.array([[1.2 * np.cos(2 * k * dt), 0.0], [0.6, 1.5 * np.cos(1.5 * k * dt)]])
+        real, twin = wheels.step(u), ideal.step(u)
+        telemetry = wheels.telemetry()
+        largest_tilt = max(largest_tilt, float(np.max(telemetry["tilt"])))
+        used = max(used, float(np.max(telemetry["friction_utilisation"])))
+        assert np.max(telemetry["torque_saturation"]) == 0.0
+    assert np.abs(real.g - twin.g).max() < TRACKED
+    assert np.hypot(*real.g[1, :2] - start.g[1, :2]) > 1.0  # it did go somewhere
+    assert largest_tilt < LEANING
+    assert used < USED
