@@ -90,7 +90,7 @@ def make_scene_spec(scenario: schema.Scenario) -> SceneSpec:
         patches=tuple(_patch(patch, length) for patch in physics.patches),
         slope=physics.slope.angle,
         uphill=physics.slope.uphill,
-        payload=_payload(physics.payload),
+        payload=make_payload(physics.payload),
         wheel_mismatch=physics.wheel_mismatch,
         torque_limit=physics.motors.torque_limit,
         no_load_speed=physics.motors.no_load_speed,
@@ -104,7 +104,8 @@ def _patch(patch: schema.Patch, length: float) -> Patch:
     return Patch(patch.friction, **scaled)
 
 
-def _payload(payload: schema.Payload | None) -> Payload | None:
+def make_payload(payload: schema.Payload | None) -> Payload | None:
+    """Returns what robots carry; payloads are in robot units already."""
     return None if payload is None else Payload(payload.mass, (*payload.offset, payload.height), payload.size)
 
 
