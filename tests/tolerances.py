@@ -49,10 +49,6 @@ READING = 1e-13
 # MuJoCo's composite inertia and recursive Newton-Euler round some fifty times per robot.
 MASS_MATRIX = 1e-12
 
-# Wheel loads leave out the products of inertia: I_xz omega^2 = 1.3e-3 N m at 10 rad/s, on a lever of 48 mm, is
-# 0.2 % of the weight on each wheel of nh_mini. Share of the weight.
-PRODUCTS_OF_INERTIA = 0.003
-
 # -- laws ------------------------------------------------------------------------------------------
 
 # A law against itself or against matrices: some thirty rounded operations, times the condition that the test works out.
@@ -94,7 +90,7 @@ SAME_ON_ICE = 1e-6  # [m] and [rad]
 
 # A known law of the contact rows; measured within 1e-4 of it, the law being linear in the slip.
 TURNING_SLIP = 0.02
-# Break-away: share of the parameter within which a limit is met. Loads leave out products of inertia (0.3 %).
+# Break-away: share of the parameter within which a limit is met. Measured within 0.1 %.
 BREAK_AWAY = 0.01
 # Utilisation measured from contact forces against the reduced model's, steady motion; measured 2e-3.
 UTILISATION = 0.005

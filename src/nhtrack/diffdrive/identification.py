@@ -79,8 +79,9 @@ def identify(model: mujoco.MjModel) -> DiffDrive:
     M = np.zeros((model.nv, model.nv))
     mujoco.mj_fullM(model, data, M)
     root = int(model.body_dofadr[chassis])
-    spin = [float(M[d, d]) for d in (int(model.joint(name).dofadr[0]) for name in parts.wheel_joints)]
-    if not np.isclose(spin[0], spin[1], rtol=1e-9):
+    wheels = [int(model.joint(name).dofadr[0]) for name in parts.wheel_joints]
+    spin, rotor = ([float(values[d]) for d in wheels] for values in (M.diagonal(), model.dof_armature))
+    if not (np.isclose(spin[0], spin[1], rtol=1e-9) and np.isclose(rotor[0], rotor[1], rtol=1e-9)):
         raise RobotError(f"the wheels' spin inertias differ: {spin[0]:.6g} and {spin[1]:.6g} kg m^2")
     com = _in_chassis(data, chassis, data.subtree_com[chassis])
     points = [_in_chassis(data, chassis, data.geom(name).xpos) for name in parts.casters]
@@ -93,7 +94,14 @@ def identify(model: mujoco.MjModel) -> DiffDrive:
         com=(float(com[0]), float(com[1]), float(com[2]) + radius),
         casters=tuple((float(point[0]), float(point[1])) for point in points),
         motor=_motor(model, parts),
+        reflected_inertia=rotor[0],
+        products=(_product(M, root, com, 0), _product(M, root, com, 1)),
     )
+
+
+def _product(M: np.ndarray, root: int, com: np.ndarray, axis: int) -> float:
+    """Returns the element (axis, z) of the inertia tensor about the CoM; M has it about the axle midpoint."""
+    return float(M[root + 3 + axis, root + 5] + M[root, root] * com[axis] * com[2])
 
 
 def _at_reference(model: mujoco.MjModel) -> mujoco.MjData:

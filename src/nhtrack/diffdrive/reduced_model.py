@@ -44,6 +44,9 @@ class DiffDrive:
         com: CoM in the body frame (x, y) and its height above the floor [m], shape (3,).
         casters: contact points of the casters in the body frame (x, y) [m], shape (k, 2).
         motor: limits of each wheel motor.
+        reflected_inertia: the part of I_w that is the rotor's, seen through the gears; it turns inside the chassis and
+            tips nothing [kg m^2].
+        products: elements (xz, yz) of the whole robot's inertia tensor about its CoM, axes as the body frame [kg m^2].
         levelled: whether a planar base keeps the robot level, so that the wheels share the weight whatever it does.
     """
 
@@ -55,6 +58,8 @@ class DiffDrive:
     com: tuple[float, float, float]
     casters: tuple[tuple[float, float], ...]
     motor: Motor
+    reflected_inertia: float = 0.0
+    products: tuple[float, float] = (0.0, 0.0)
     levelled: bool = False
 
     @property
@@ -169,11 +174,12 @@ class DiffDrive:
         """Returns the quasi-static normal forces (left, right) [N], shape (..., 2).
 
         Balance of the force along the floor's normal, pitch and roll about the axle's ground point, with the inertia of
-        the CoM at height h and of the spinning wheels, and (f_x, f_y) of `ground_wrench`:
+        the CoM at height h, of the spinning wheels (I each, without rotors) and of a body that is not symmetric to its
+        vertical axis (I_xz, I_yz), and (f_x, f_y) of `ground_wrench`:
 
             sum N = m g_n
-            sum N x = m g_n c_x - h f_x - 2 I_w u_x / r
-            sum N y = m g_n c_y - h f_y - 2 I_w omega v / r
+            sum N x = m g_n c_x - h f_x - 2 I u_x / r - I_yz u_theta - I_xz omega^2
+            sum N y = m g_n c_y - h f_y - 2 I omega v / r + I_xz u_theta - I_yz omega^2
 
         over the wheels and casters at (x, y): exact for three supports, least squares for more. A negative load means
         that the wheel would lift. On a planar base each wheel bears half of the weight.
@@ -185,9 +191,10 @@ class DiffDrive:
         if self.levelled:
             half = xp.full_like(f_x + f_y, weight / 2)
             return xp.stack([half, half], axis=-1)
-        spin = 2 * self.wheel_inertia / self.wheel_radius
-        pitch = weight * c_x - height * f_x - spin * u_x
-        roll = weight * c_y - height * f_y - spin * omega * v
+        spin = 2 * (self.wheel_inertia - self.reflected_inertia) / self.wheel_radius
+        I_xz, I_yz = self.products
+        pitch = weight * c_x - height * f_x - spin * u_x - I_yz * u_theta - I_xz * omega * omega
+        roll = weight * c_y - height * f_y - spin * omega * v + I_xz * u_theta - I_yz * omega * omega
         left, right = (row[0] * weight + row[1] * pitch + row[2] * roll for row in self._load_solution)
         return xp.stack([left, right], axis=-1)
 
