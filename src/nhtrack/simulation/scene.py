@@ -164,9 +164,7 @@ class Scene:
         return hashlib.sha256(buffer.tobytes()).hexdigest()
 
     def qpos_of(self, pose: Array, wheel_angle: Array) -> Array:
-        """Returns MuJoCo coordinates of robots that stand on the floor.
-
-        Wheels of unlike radii make a robot lean sideways by asin((r_left - r_right)/(2 b)).
+        """Returns MuJoCo coordinates of robots that stand on the floor, leaning where their wheels are unlike.
 
         Args:
             pose: poses of the robots with a body, shape (..., p, 3).
@@ -176,21 +174,34 @@ class Scene:
             Coordinates, shape (..., nq).
         """
         at = self.addresses
+        height, lean = self._stance()
         qpos = np.zeros((*pose.shape[:-2], self.model.nq))
         qpos[..., at.root_qpos] = pose[..., 0]
         qpos[..., at.root_qpos + 1] = pose[..., 1]
-        qpos[..., at.root_qpos + 2] = self.drive.wheel_radius - _TOUCH
+        qpos[..., at.root_qpos + 2] = height - _TOUCH
         if self.spec.base == "planar":
             qpos[..., at.root_qpos + 3] = pose[..., 2]
         else:
-            lean = math.asin(self.spec.wheel_mismatch * self.drive.wheel_radius / self.drive.wheel_separation) / 2
             cosine, sine = np.cos(pose[..., 2] / 2), np.sin(pose[..., 2] / 2)
-            qpos[..., at.root_qpos + 3] = cosine * math.cos(lean)
-            qpos[..., at.root_qpos + 4] = cosine * math.sin(lean)
-            qpos[..., at.root_qpos + 5] = sine * math.sin(lean)
-            qpos[..., at.root_qpos + 6] = sine * math.cos(lean)
+            qpos[..., at.root_qpos + 3] = cosine * math.cos(lean / 2)
+            qpos[..., at.root_qpos + 4] = cosine * math.sin(lean / 2)
+            qpos[..., at.root_qpos + 5] = sine * math.sin(lean / 2)
+            qpos[..., at.root_qpos + 6] = sine * math.cos(lean / 2)
         qpos[..., at.wheel_qpos] = wheel_angle
         return qpos
+
+    def _stance(self) -> tuple[float, float]:
+        """Height of the axle midpoint above the floor [m] and sideways lean phi [rad] of robots that stand.
+
+        An ellipsoid of radius r_i and half width k r_i that leans with its axle has its centre s r_i above the floor,
+        s = sqrt(cos^2 phi + k^2 sin^2 phi). The two centres are 2 b apart on the axle, so that
+
+            sin phi = s q,  q = (r_left - r_right)/(2 b),  hence  s = 1/sqrt(1 + (1 - k^2) q^2).
+        """
+        radius, half_width, _ = self.model.geom_size[self.addresses.tyres[0, 0]]
+        q = self.spec.wheel_mismatch * self.drive.wheel_radius / self.drive.wheel_separation
+        s = 1 / math.sqrt(1 + (1 - (half_width / radius) ** 2) * q**2)
+        return s * self.drive.wheel_radius, math.asin(s * q)
 
     def qvel_of(self, pose: Array, twist: Array) -> Array:
         """Returns MuJoCo velocities of robots that roll without slip, shape (..., nv).
