@@ -1,19 +1,28 @@
-"""What can be seen of nh_mini and the arena: colours, heading, turning wheels, the metric grid."""
+"""What can be seen of the bundled robots and the arena: colours, heading, turning wheels, the metric grid."""
+
+from __future__ import annotations
 
 import os
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
+from typing import NamedTuple
 
 import imageio.v3 as iio
+import mujoco
 import numpy as np
 import pytest
+
+from nhtrack import assets
 
 pytestmark = pytest.mark.slow
 
 MODELS = Path(__file__).resolve().parents[2] / "models"
 COLOURS = {"blue": (0.0, 0.45, 0.70), "orange": (0.84, 0.37, 0.0), "green": (0.0, 0.62, 0.45)}
-SIDE = 1.0  # [m] side of the square that the camera above sees at floor level
+ABOVE, ASIDE = 400, 240  # [pixels] height of the pictures from above and aside
+REACH = 0.06  # [m] of nh_mini: places and cameras are scaled by a robot's reach over this one
+TURN = 0.5  # [rad] of the wheel, no multiple of the period of three to nine spokes
 
 # Drawn in a process of its own: MuJoCo binds its OpenGL at import, and other tests may have imported it.
 DRAW = """
@@ -22,20 +31,24 @@ from nhtrack import gl
 gl.choose_backend()
 import mujoco, numpy as np
 from dm_control import mjcf
-models, out = sys.argv[1:3]
-colours = np.array(sys.argv[3].split(","), float).reshape(-1, 3)
-arena = mjcf.from_path(models + "/arena/scene.xml")
+models, name, out = sys.argv[1:4]
+colours = np.array(sys.argv[4].split(","), float).reshape(-1, 3)
+radius, scale, height, turn, *centre = (float(value) for value in sys.argv[5:11])
+arena = mjcf.from_path(f"{models}/arena/scene.xml")
 for index, colour in enumerate(colours):
-    robot = mjcf.from_path(models + "/nh_mini/robot.xml")
+    robot = mjcf.from_path(f"{models}/{name}/robot.xml")
     robot.model = f"r{index}"
     robot.find("joint", "root").remove()
     robot.find("material", "accent").rgba = (*colour, 1)
     frame = arena.attach(robot)
-    frame.pos = (0.1, 0.125 - 0.25 * index, 0.03)
+    frame.pos = (0.1 * scale, (0.125 - 0.25 * index) * scale, radius)
     frame.add("freejoint", name="root")
-above = dict(mode="fixed", pos=(0, 0, 5), xyaxes=(1, 0, 0, 0, 1, 0), fovy=2 * np.degrees(np.arctan(0.1)))
-arena.worldbody.add("camera", name="above", **above)
-aside = dict(mode="fixed", pos=(0.1, 0.6, 0.06), xyaxes=(-1, 0, 0, 0, 0.05, 1), fovy=20)
+fovy = 2 * np.degrees(np.arctan(scale / 2 / height))
+arena.worldbody.add("camera", name="above", mode="fixed", pos=(0, 0, height), xyaxes=(1, 0, 0, 0, 1, 0), fovy=fovy)
+overhead = dict(mode="fixed", xyaxes=(1, 0, 0, 0, 1, 0), fovy=2 * np.degrees(np.arctan(0.1 * scale / height)))
+place = (0.1 * scale + centre[0], -0.125 * scale + centre[1], height)
+arena.worldbody.add("camera", name="overhead", pos=place, **overhead)
+aside = dict(mode="fixed", pos=(0.1 * scale, 0.6 * scale, 0.06 * scale), xyaxes=(-1, 0, 0, 0, 0.05, 1), fovy=20)
 arena.worldbody.add("camera", name="aside", **aside)
 model = mujoco.MjModel.from_xml_string(arena.to_xml_string(), arena.get_assets())
 data = mujoco.MjData(model)
@@ -46,24 +59,81 @@ def draw(key, camera, size):
         renderer.update_scene(data, camera)
         pictures[key] = renderer.render().copy()
 draw("above", "above", (400, 400))
+draw("overhead", "overhead", (120, 120))
 draw("chase", "r0/chase", (480, 640))
 draw("onboard", "r2/onboard", (240, 320))
 draw("aside", "aside", (240, 320))
-data.joint("r0/left_wheel").qpos[0] = np.pi / 3  # half of the spokes' period
+data.joint("r0/left_wheel").qpos[0] = turn
 draw("aside_turned", "aside", (240, 320))
 np.savez(out, **pictures)
 """
 
 
+class Seen(NamedTuple):
+    """Three robots in a column, all facing +x: what they measure, and pictures of them as RGB floats in [0, 1]."""
+
+    radius: float
+    half_separation: float
+    hull: np.ndarray  # [[x_min, y_min], [x_max, y_max]] of the hull in the chassis frame [m]
+    top: float  # of the hull, above the floor [m]
+    scale: float
+    height: float  # of the cameras above the floor [m]
+    pictures: dict[str, np.ndarray]
+
+    @property
+    def pixels_per_metre(self) -> float:
+        """At floor level in the picture from above, whose side is `scale` metres."""
+        return ABOVE / self.scale
+
+    def place(self, index: int) -> tuple[float, float]:
+        """Where the axle midpoint of a robot is [m]."""
+        return 0.1 * self.scale, (0.125 - 0.25 * index) * self.scale
+
+
+def measure(name: str) -> tuple[float, float, np.ndarray, float]:
+    """Wheel radius, half wheel separation, rectangle around the hull, its top above the floor [m]."""
+    model = mujoco.MjModel.from_xml_path(str(MODELS / name / "robot.xml"))
+    hulls = [geom for geom in map(model.geom, range(model.ngeom)) if geom.name.startswith("hull")]
+    centre = np.array([geom.pos for geom in hulls])
+    boxes = [geom.type[0] == mujoco.mjtGeom.mjGEOM_BOX for geom in hulls]  # the others are upright cylinders
+    half = np.array([geom.size if box else geom.size[[0, 0, 1]] for geom, box in zip(hulls, boxes, strict=True)])
+    lowest, highest = (centre - half).min(axis=0), (centre + half).max(axis=0)
+    radius = float(model.geom("left_tyre").size[0])
+    hull = np.array([lowest[:2], highest[:2]])
+    return radius, float(model.body("left_wheel").pos[1]), hull, float(highest[2] + radius)
+
+
 @pytest.fixture(scope="module")
-def pictures(tmp_path_factory: pytest.TempPathFactory) -> dict[str, np.ndarray]:
-    """Three robots in a column at x = 0.1 m, all facing +x; RGB pictures as floats in [0, 1]."""
-    out = tmp_path_factory.mktemp("pictures") / "pictures.npz"
-    colours = ",".join(str(value) for colour in COLOURS.values() for value in colour)
+def see(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], Seen]:
+    """Draws three of a robot, each robot once."""
+    seen: dict[str, Seen] = {}
+
+    def look(name: str) -> Seen:
+        if name not in seen:
+            radius, half_separation, hull, top = measure(name)
+            scale = float(np.abs(hull).max()) / REACH
+            height = min(3 * scale, 12.0)  # farther away the arena is haze
+            out = tmp_path_factory.mktemp("pictures") / f"{name}.npz"
+            colours = ",".join(str(value) for colour in COLOURS.values() for value in colour)
+            sizes = (radius, scale, height, TURN, *hull.mean(axis=0))
+            run("-c", DRAW, str(MODELS), name, str(out), colours, *(str(float(size)) for size in sizes))
+            with np.load(out) as arrays:
+                pictures = {key: arrays[key] / 255 for key in arrays.files}
+            seen[name] = Seen(radius, half_separation, hull, top, scale, height, pictures)
+        return seen[name]
+
+    return look
+
+
+@pytest.fixture(params=assets.robots())
+def seen(request: pytest.FixtureRequest, see: Callable[[str], Seen]) -> Seen:
+    return see(request.param)
+
+
+def run(*arguments: str) -> None:
+    """Runs Python in a process that may choose its OpenGL."""
     environment = {key: value for key, value in os.environ.items() if key != "MUJOCO_GL"}
-    subprocess.run([sys.executable, "-c", DRAW, str(MODELS), str(out), colours], env=environment, check=True)
-    with np.load(out) as arrays:
-        return {key: arrays[key] / 255 for key in arrays.files}
+    subprocess.run([sys.executable, *arguments], env=environment, check=True)
 
 
 def of_colour(picture: np.ndarray, colour: tuple[float, float, float]) -> np.ndarray:
@@ -73,29 +143,64 @@ def of_colour(picture: np.ndarray, colour: tuple[float, float, float]) -> np.nda
     return (cosine > 0.985) & (length > 0.2) & (np.ptp(picture, axis=-1) > 0.15)
 
 
-def test_a_picture_is_a_picture(pictures: dict[str, np.ndarray]) -> None:
-    assert pictures["chase"].shape == (480, 640, 3)
-    for name, picture in pictures.items():
+def test_a_picture_is_a_picture(seen: Seen) -> None:
+    assert seen.pictures["chase"].shape == (480, 640, 3)
+    for name, picture in seen.pictures.items():
         assert picture.std() > 0.03, name
 
 
-def test_every_robot_wears_its_own_colour(pictures: dict[str, np.ndarray]) -> None:
-    pixels_per_metre = 400 / SIDE
+def test_every_robot_wears_its_own_colour(seen: Seen) -> None:
+    length, width = np.ptp(seen.hull, axis=0)
     for index, (name, colour) in enumerate(COLOURS.items()):
-        mask = of_colour(pictures["above"], colour)
-        area = mask.sum() / pixels_per_metre**2
+        mask = of_colour(seen.pictures["above"], colour)
+        area = mask.sum() / seen.pixels_per_metre**2
         rows, _ = np.nonzero(mask)
-        y = (199.5 - np.median(rows)) / pixels_per_metre
-        assert 0.003 < area < 0.012, name  # of a footprint of 0.011 m^2
-        assert y == pytest.approx(0.125 - 0.25 * index, abs=0.01), name
+        y = ((ABOVE - 1) / 2 - rows.mean()) / seen.pixels_per_metre
+        assert 0.05 < area / (length * width) < 0.9, name
+        expected = seen.place(index)[1]
+        outward = abs(expected) * seen.top / (seen.height - seen.top)  # by which the robot's top is seen displaced
+        assert y == pytest.approx(expected, abs=0.01 * seen.scale + outward), name
 
 
-def test_the_arrow_shows_the_heading_from_afar(pictures: dict[str, np.ndarray]) -> None:
-    above = pictures["above"]
-    coarse = above.reshape(80, 5, 80, 5, 3).mean(axis=(1, 3))  # a robot is 10 pixels long
+def test_the_heading_can_be_told_from_afar(seen: Seen) -> None:
+    """A robot of some ten pixels wears a mark, whiter than all else along its middle, ahead of its centre."""
+    coarse = seen.pictures["overhead"].reshape(20, 6, 20, 6, 3).mean(axis=(1, 3))  # 0.2 of the scale, the hull's centre
+    places = (np.arange(20) - 9.5) * 0.01 * seen.scale
+    middle = np.abs(places) < seen.half_separation / 2
+    inside = np.abs(places) < np.ptp(seen.hull[:, 0]) / 2 - 0.01 * seen.scale  # by a pixel: no floor
+    whiteness = coarse[middle].min(axis=-1).max(axis=0)
+    ahead, behind = whiteness[inside & (places > 0)].max(), whiteness[inside & (places < 0)].max()
+    assert ahead > behind + 0.2
+
+
+def test_a_turning_wheel_is_seen_to_turn(seen: Seen) -> None:
+    change = np.abs(seen.pictures["aside_turned"] - seen.pictures["aside"]).max(axis=-1)
+    changed = change > 0.2
+    rows, columns = np.nonzero(changed)
+    distance = 0.475 * seen.scale - seen.half_separation
+    wheel = 2 * seen.radius * ASIDE / (2 * distance * np.tan(np.radians(10)))  # [pixels] across
+    assert changed.sum() > 0.02 * np.pi / 4 * wheel**2
+    assert np.ptp(rows) < wheel + 2  # nothing but the wheel
+    assert np.ptp(columns) < wheel + 2
+
+
+@pytest.mark.parametrize("name", assets.robots())
+def test_the_picture_in_the_readme_can_be_drawn_again(name: str, tmp_path: Path) -> None:
+    run(str(MODELS / name / "picture.py"), str(tmp_path / "again.png"))
+    again, kept = iio.imread(tmp_path / "again.png"), iio.imread(MODELS / name / f"{name}.png")
+    assert again.shape == kept.shape == (405, 720, 3)
+    assert np.abs(again.astype(float) - kept).mean() < 5  # of 255: same view, same light, whichever driver
+
+
+# nh_mini --------------------------------------------------------------------------------------------------------------
+
+
+def test_the_arrow_of_nh_mini_is_white_and_ahead(see: Callable[[str], Seen]) -> None:
+    seen = see("nh_mini")
+    coarse = seen.pictures["above"].reshape(80, 5, 80, 5, 3).mean(axis=(1, 3))  # a robot is 10 pixels long
     for index in range(3):
-        y = 0.125 - 0.25 * index
-        row, column = round(39.5 - 80 * y), round(39.5 + 80 * 0.1)
+        x, y = seen.place(index)
+        row, column = round(39.5 - 80 * y), round(39.5 + 80 * x)
         robot = coarse[row - 3 : row + 4, column - 4 : column + 5]
         whiteness = np.where(np.ptp(robot, axis=-1) < 0.35, robot.min(axis=-1), 0.0)
         ahead, behind = whiteness[1:-1, 5:].max(), whiteness[1:-1, :4].max()
@@ -103,18 +208,13 @@ def test_the_arrow_shows_the_heading_from_afar(pictures: dict[str, np.ndarray]) 
         assert ahead > behind + 0.2, index
 
 
-def test_a_turning_wheel_is_seen_to_turn(pictures: dict[str, np.ndarray]) -> None:
-    change = np.abs(pictures["aside_turned"] - pictures["aside"]).max(axis=-1)
-    changed = change > 0.2
-    rows, columns = np.nonzero(changed)
-    assert changed.sum() > 150
-    wheel = 0.06 * 240 / (2 * 0.425 * np.tan(np.radians(10)))  # [pixels] seen from 0.425 m
-    assert np.ptp(rows) < wheel + 2  # nothing but the wheel
-    assert np.ptp(columns) < wheel + 2
+# the arena ------------------------------------------------------------------------------------------------------------
 
 
-def test_grid_lines_cross_the_origin_every_half_metre(pictures: dict[str, np.ndarray]) -> None:
-    brightness = pictures["above"].mean(axis=-1)
+def test_grid_lines_cross_the_origin_every_half_metre(see: Callable[[str], Seen]) -> None:
+    seen = see("nh_mini")
+    assert seen.scale == 1.0  # a picture of one metre
+    brightness = seen.pictures["above"].mean(axis=-1)
     profile = np.median(brightness[:60], axis=0)  # floor only: y > 0.35 m
     background = np.median(profile)
     lines = np.nonzero(profile > background + 0.04)[0]
@@ -126,12 +226,3 @@ def test_grid_lines_cross_the_origin_every_half_metre(pictures: dict[str, np.nda
     assert abs(left - right) > 0.01
     assert np.ptp(profile[10:90]) < abs(left - right)
     assert np.ptp(profile[110:190]) < abs(left - right)
-
-
-def test_the_picture_in_the_readme_can_be_drawn_again(tmp_path: Path) -> None:
-    environment = {key: value for key, value in os.environ.items() if key != "MUJOCO_GL"}
-    script = MODELS / "nh_mini" / "picture.py"
-    subprocess.run([sys.executable, str(script), str(tmp_path / "again.png")], env=environment, check=True)
-    again, kept = iio.imread(tmp_path / "again.png"), iio.imread(MODELS / "nh_mini" / "nh_mini.png")
-    assert again.shape == kept.shape == (405, 720, 3)
-    assert np.abs(again.astype(float) - kept).mean() < 5  # of 255: same view, same light, whichever driver
