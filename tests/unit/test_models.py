@@ -343,6 +343,21 @@ def test_a_robot_can_be_recoloured_and_looked_at(robot: Robot) -> None:
     assert {robot.model.camera(i).name for i in range(robot.model.ncam)} == {"chase", "onboard"}
 
 
+def test_one_camera_follows_the_robot_and_one_looks_out_of_it(robot: Robot) -> None:
+    chase, onboard = robot.data.camera("chase"), robot.data.camera("onboard")
+    ahead = -chase.xmat.reshape(3, 3)[:, 2]
+    off_axis = np.arccos(ahead @ -chase.xpos / np.linalg.norm(chase.xpos))
+    assert off_axis < np.radians(robot.model.camera("chase").fovy[0] / 2)  # the axle midpoint is in the picture
+    assert ahead[0] > 0.7
+    assert chase.xpos[0] < -reach(robot)
+    ahead = -onboard.xmat.reshape(3, 3)[:, 2]
+    assert ahead[0] > 0.95
+    start = onboard.xpos + 0.02 * ahead  # the arena's near clipping plane
+    drawn = np.array([0, 0, 1, 0, 0, 0], dtype=np.uint8)
+    hit = mujoco.mj_ray(robot.model, robot.data, start, ahead, drawn, 1, -1, np.zeros(1, np.int32))
+    assert hit == -1  # nothing of the robot's own is in front
+
+
 def test_robots_are_solved_alike(robot: Robot, nh_mini: Robot) -> None:
     for option in ("timestep", "integrator", "cone", "solver", "impratio", "tolerance", "iterations", "ls_tolerance"):
         assert getattr(robot.model.opt, option) == getattr(nh_mini.model.opt, option), option
