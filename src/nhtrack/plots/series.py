@@ -44,6 +44,7 @@ def errors(recording: Recording) -> Figure:
 
     Position error is the distance to the pose it was told to track [m]; heading error the angle to it, in
     (-pi, pi] [rad]; the gap is between MuJoCo's pose and the ideal twin's at the same time, in the unit that suits it.
+    The followers' events are shaded.
     """
     time, error = recording.time, recording["error"].values[:, 1:]
     distance, heading = np.hypot(error[..., 0], error[..., 1]), _broken_at_antipode(error[..., 2])
@@ -101,8 +102,8 @@ def inputs(recording: Recording) -> Figure:
 def slip(recording: Recording) -> Figure:
     """Returns lateral and longitudinal slip, wheel loads [N] and friction utilisation with its limit.
 
-    Of the two wheels the one that slips, or uses friction, more is shown. The ideal backend has no wheels on
-    a floor: its figure says so.
+    Of the two wheels the one that slips, or uses friction, more is shown. Events are shaded where they concern what a
+    panel shows. The ideal backend has no wheels on a floor: its figure says so.
     """
     names = ("lateral_slip", "longitudinal_slip", "wheel_load", "friction_utilisation")
     if not set(names) <= set(recording.dataset.data_vars):
