@@ -1,6 +1,8 @@
-"""Composing a scene: robots, names, contacts from the time step, masks, markers, errors, identity."""
+"""Composing a scene: robots, names, contacts from the time step, masks, markers, ground, loads, errors, identity."""
 
-from dataclasses import replace
+import json
+import math
+from dataclasses import fields, replace
 from pathlib import Path
 
 import mujoco
@@ -9,10 +11,35 @@ import pytest
 
 from nhtrack import assets
 from nhtrack.errors import RobotError
-from nhtrack.simulation.scene import Scene, SceneSpec, load_robot, make_scene, robot_path
+from nhtrack.ground import Patch
+from nhtrack.simulation.scene import Payload, Scene, SceneSpec, load_robot, make_scene, reduced_models, robot_path
 from tolerances import HAND, READING
 
 TRIO = SceneSpec(("leader", "f1", "f2"))
+ONE = SceneSpec(("robot",))
+# How far robots are placed into the floor [m].
+TOUCH = 1e-9
+# No field is at its default.
+EVERYTHING = SceneSpec(
+    ("a",),
+    "some/robot.xml",
+    0.0005,
+    0.1,
+    "default",
+    False,
+    True,
+    True,
+    (0.0, 1.0, -2.5, 3.0),
+    base="planar",
+    patches=(Patch(0.05, rectangle=(0.0, 1.0, -1.0, 2.0)), Patch(0.4, disc=(0.5, 0.5, 0.2))),
+    slope=0.1,
+    uphill=-2.0,
+    payload=Payload(0.3, (0.01, -0.02, 0.07), (0.04, 0.05, 0.02)),
+    wheel_mismatch=0.01,
+    torque_limit=0.02,
+    no_load_speed=30.0,
+    compensation="actual",
+)
 
 
 @pytest.fixture(scope="module")
@@ -25,20 +52,29 @@ def tyres(scene: Scene) -> list[int]:
 
 
 class TestSpec:
-    @pytest.mark.parametrize(
-        "spec",
-        [
-            TRIO,
-            SceneSpec(
-                ("a",), "some/robot.xml", 0.0005, 0.1, "default", False, True, False, (0.0, 1.0, -2.5, 3.0)
-            ),
-        ],
-    )
+    @pytest.mark.parametrize("spec", [TRIO, EVERYTHING], ids=["defaults", "everything"])
     def test_json_round_trip(self, spec: SceneSpec) -> None:
         again = SceneSpec.from_json(spec.to_json())
         assert again == spec
         assert hash(again) == hash(spec)  # tuples again, not lists
         assert "\n" not in spec.to_json()
+
+    def test_everything_is_tried(self) -> None:
+        for each in fields(SceneSpec):
+            assert getattr(EVERYTHING, each.name) != getattr(TRIO, each.name), each.name
+
+    def test_one_kept_before_a_field_came_takes_its_default(self) -> None:
+        """Recordings outlive the fields they know; a spec of version 0.1.0."""
+        old = (
+            '{"robots": ["leader", "f1", "f2"], "robot": "nh_mini", "timestep": 0.001, "friction": 1.0, '
+            '"contact": "stiff", "rate_correction": true, "robot_contact": false, "virtual_root": false, '
+            '"bounds": [-1.0, 1.0, -1.0, 1.0]}'
+        )
+        assert SceneSpec.from_json(old) == TRIO
+        kept = json.loads(EVERYTHING.to_json())
+        for each in ("patches", "payload"):
+            del kept[each]
+        assert SceneSpec.from_json(json.dumps(kept)) == replace(EVERYTHING, patches=(), payload=None)
 
     def test_a_virtual_root_has_no_body(self) -> None:
         assert TRIO.bodies == ("leader", "f1", "f2")
@@ -171,6 +207,207 @@ class TestVirtualRoot:
             np.testing.assert_array_equal(scene.model.material(accent).rgba, trio.model.material(accent).rgba)
 
 
+class TestGround:
+    PATCHES = (
+        Patch(0.05, rectangle=(0.5, 2.0, -1.0, 3.0)),
+        Patch(1.5, disc=(-1.0, 0.5, 0.25)),
+        Patch(0.05, rectangle=(0.0, 1.0, 0.0, 1.0)),
+    )
+
+    def test_patches_are_drawn_where_they_are_and_touch_nothing(self) -> None:
+        model = make_scene(replace(ONE, patches=self.PATCHES)).model
+        box, disc, above = (model.geom(f"patch_{i}") for i in range(3))
+        for drawn in (box, disc, above):
+            assert not drawn.contype
+            assert not drawn.conaffinity
+            bottom, height = drawn.pos[2] - self.half_height(drawn), 2 * self.half_height(drawn)
+            assert bottom == pytest.approx(0, abs=HAND)
+            assert 0 < height < 0.002  # below the trails of a film
+        np.testing.assert_allclose(box.pos[:2], (1.25, 1.0), atol=HAND)
+        np.testing.assert_allclose(box.size[:2], (0.75, 2.0), atol=HAND)
+        np.testing.assert_allclose(disc.pos[:2], (-1.0, 0.5), atol=HAND)
+        assert disc.size[0] == pytest.approx(0.25, abs=HAND)
+        assert box.type == mujoco.mjtGeom.mjGEOM_BOX
+        assert disc.type == mujoco.mjtGeom.mjGEOM_CYLINDER
+        # Where two overlap the last one counts, so it is the one to be seen.
+        assert self.half_height(above) > self.half_height(box)
+
+    @staticmethod
+    def half_height(geom: object) -> float:
+        return float(geom.size[1 if geom.type == mujoco.mjtGeom.mjGEOM_CYLINDER else 2])  # type: ignore[attr-defined]
+
+    def test_slippery_ones_are_blue_and_the_more_so_the_slippier(self) -> None:
+        patches = tuple(Patch(friction, disc=(0.0, 0.0, 1.0)) for friction in (0.05, 0.95, 1.6))
+        ice, almost, grip = (make_scene(replace(ONE, patches=patches)).model.geom(f"patch_{i}").rgba for i in range(3))
+        assert ice[2] > ice[0]
+        assert grip[0] > grip[2]
+        np.testing.assert_array_equal(ice[:3], almost[:3])
+        assert 0.25 < almost[3] < ice[3] == pytest.approx(0.75)
+
+    def test_a_robot_stands_on_the_floor_inside_a_patch(self) -> None:
+        scene = make_scene(replace(ONE, patches=(Patch(0.05, disc=(0.0, 0.0, 1.0)),)))
+        data = mujoco.MjData(scene.model)
+        data.qpos = scene.qpos_of(np.zeros((1, 3)), np.zeros((1, 2)))
+        mujoco.mj_forward(scene.model, data)
+        assert data.ncon == 3
+        assert all(scene.model.geom("floor").id in contact.geom for contact in data.contact)
+
+    def test_gravity_leans_on_a_slope_and_the_floor_does_not(self) -> None:
+        scene = make_scene(replace(ONE, slope=0.3, uphill=math.pi / 2))
+        expected = (0, -9.81 * math.sin(0.3), -9.81 * math.cos(0.3))
+        np.testing.assert_allclose(scene.model.opt.gravity, expected, atol=9.81 * HAND)
+        np.testing.assert_array_equal(scene.model.geom("floor").quat, (1, 0, 0, 0))
+
+
+class TestPayload:
+    LOAD = Payload(0.3, (0.015, -0.02, 0.08), (0.04, 0.06, 0.02))
+
+    def test_it_is_in_mass_centre_of_mass_and_inertia(self) -> None:
+        bare = make_scene(ONE).plant
+        laden = make_scene(replace(ONE, payload=self.LOAD)).plant
+        x, y, _ = self.LOAD.position
+        mass = bare.mass + 0.3
+        assert laden.mass == pytest.approx(mass, rel=HAND)
+        moments = bare.mass * np.array(bare.com) + 0.3 * np.array(self.LOAD.position)
+        np.testing.assert_allclose(laden.com, moments / mass, atol=HAND)
+        own = 0.3 * (0.04**2 + 0.06**2) / 12
+        assert laden.axle_inertia == pytest.approx(bare.axle_inertia + own + 0.3 * (x * x + y * y), rel=HAND)
+        assert laden.casters == bare.casters
+        assert laden.wheel_inertia == pytest.approx(bare.wheel_inertia, rel=HAND)
+
+    def test_it_is_in_every_robot_of_the_compiled_scene(self) -> None:
+        scene = make_scene(replace(TRIO, payload=self.LOAD))
+        assert sum(scene.model.body_mass) == pytest.approx(3 * scene.plant.mass, rel=HAND)
+        data = mujoco.MjData(scene.model)
+        data.qpos = scene.qpos_of(np.zeros((3, 3)), np.zeros((3, 2)))
+        mujoco.mj_forward(scene.model, data)
+        for name in TRIO.robots:
+            np.testing.assert_allclose(data.body(f"{name}/payload").xpos, self.LOAD.position, atol=1.01 * TOUCH)
+            np.testing.assert_allclose(data.body(f"{name}/chassis").subtree_com, scene.plant.com, atol=1.01 * TOUCH)
+
+    def test_a_point_has_a_mass_and_no_size(self) -> None:
+        point = replace(self.LOAD, size=(0.0, 0.0, 0.0))
+        scene = make_scene(replace(ONE, payload=point))
+        np.testing.assert_array_equal(scene.model.body("robot/payload").inertia, 0)
+        assert (scene.model.geom("robot/payload").size > 0).all()  # and can be seen
+
+    def test_it_is_drawn_and_touches_nothing(self) -> None:
+        drawn = make_scene(replace(ONE, payload=self.LOAD)).model.geom("robot/payload")
+        np.testing.assert_allclose(drawn.size, (0.02, 0.03, 0.01), rtol=HAND)
+        assert not drawn.contype
+        assert not drawn.conaffinity
+
+    def test_torques_are_for_it_only_where_it_is_known(self) -> None:
+        bare = make_scene(ONE).drive
+        nominal = make_scene(replace(ONE, payload=self.LOAD))
+        actual = make_scene(replace(ONE, payload=self.LOAD, compensation="actual"))
+        assert nominal.drive == bare
+        assert nominal.plant == actual.plant == actual.drive
+        assert nominal.hash == actual.hash  # the same robots, driven otherwise
+
+
+class TestMotors:
+    def test_their_limits_are_the_scene_s(self) -> None:
+        scene = make_scene(replace(TRIO, torque_limit=0.012, no_load_speed=20.0))
+        bare = make_scene(TRIO)
+        for drive in (scene.drive, scene.plant):
+            assert (drive.motor.torque_limit, drive.motor.no_load_speed) == (0.012, 20.0)
+            assert drive.motor.stall_torque == bare.drive.motor.stall_torque
+        np.testing.assert_array_equal(scene.model.actuator_ctrlrange, [(-0.012, 0.012)] * 6)
+        assert scene.model.actuator_ctrllimited.all()
+
+    @pytest.mark.parametrize("limit", ["torque_limit", "no_load_speed"])
+    def test_one_limit_leaves_the_other_as_it_was(self, limit: str) -> None:
+        bare, motor = (reduced_models(spec)[0].motor for spec in (ONE, replace(ONE, **{limit: 0.5})))
+        assert motor == replace(bare, **{limit: 0.5})
+
+
+class TestTyres:
+    def test_one_is_larger_than_the_other_and_their_mean_is_the_robot_s(self) -> None:
+        scene = make_scene(replace(ONE, wheel_mismatch=0.02))
+        left, right = (scene.model.geom_size[geom] for geom in tyres(scene))
+        alike = make_scene(ONE).model.geom_size[tyres(scene)[0]]
+        np.testing.assert_allclose(left, 1.01 * alike, rtol=HAND)
+        np.testing.assert_allclose(right, 0.99 * alike, rtol=HAND)
+        assert scene.drive == make_scene(ONE).drive  # whoever computes the torques does not know
+
+    @pytest.mark.parametrize("mismatch", [0.02, -0.1])
+    @pytest.mark.parametrize("theta", [0.0, 2.0, -9.0])
+    def test_such_a_robot_stands_on_both_of_them(self, mismatch: float, theta: float) -> None:
+        scene = make_scene(replace(ONE, wheel_mismatch=mismatch))
+        data = mujoco.MjData(scene.model)
+        data.qpos = scene.qpos_of(np.array([[1.0, 2.0, theta]]), np.zeros((1, 2)))
+        mujoco.mj_forward(scene.model, data)
+        depth = {int(contact.geom[1]): contact.dist for contact in data.contact}
+        for geom in tyres(scene):
+            assert depth[geom] == pytest.approx(-TOUCH, rel=0.01)
+        matrix = data.body("robot/chassis").xmat.reshape(3, 3)
+        assert math.atan2(matrix[1, 0], matrix[0, 0]) == pytest.approx(math.remainder(theta, 2 * math.pi), abs=HAND)
+        assert matrix[2, 0] == pytest.approx(0, abs=HAND)  # it does not nod
+        assert np.sign(matrix[2, 1]) == np.sign(mismatch)  # up on the side of the larger one
+
+    def test_the_wheels_of_one_that_rolls_turn_at_speeds_of_their_own(self) -> None:
+        scene = make_scene(replace(ONE, wheel_mismatch=0.02))
+        qvel = scene.qvel_of(np.zeros((1, 3)), np.array([[0.3, 0.0, 0.0]]))
+        np.testing.assert_allclose(
+            qvel[scene.addresses.wheel_qvel[0]], (0.3 / 0.0303, 0.3 / 0.0297), rtol=HAND
+        )
+
+
+class TestPlanarBase:
+    def test_three_slides_and_a_vertical_hinge(self) -> None:
+        scene = make_scene(replace(TRIO, base="planar"))
+        assert (scene.model.nq, scene.model.nv, scene.model.nu) == (18, 18, 6)
+        slide, hinge = mujoco.mjtJoint.mjJNT_SLIDE, mujoco.mjtJoint.mjJNT_HINGE
+        at = scene.addresses
+        for i, _ in enumerate(TRIO.robots):
+            first = int(at.root_qpos[i])
+            assert first == at.root_qvel[i] == 6 * i  # places and velocities alike
+            np.testing.assert_array_equal(scene.model.jnt_type[first : first + 4], [slide, slide, slide, hinge])
+            axes = scene.model.jnt_axis[first : first + 4]
+            np.testing.assert_array_equal(axes, [(1, 0, 0), (0, 1, 0), (0, 0, 1), (0, 0, 1)])
+
+    def test_robots_stand_where_they_are_put_on_their_wheels_alone(self) -> None:
+        scene = make_scene(replace(TRIO, base="planar"))
+        pose = np.array([[0.0, 0.0, 0.0], [1.0, 2.0, 3.0], [-1.0, 0.5, -9.0]])
+        data = mujoco.MjData(scene.model)
+        data.qpos = scene.qpos_of(pose, np.full((3, 2), 0.3))
+        mujoco.mj_forward(scene.model, data)
+        for (x, y, theta), name in zip(pose, TRIO.robots, strict=True):
+            body = data.body(f"{name}/chassis")
+            np.testing.assert_allclose(body.xpos, (x, y, scene.drive.wheel_radius), atol=1.01 * TOUCH)
+            np.testing.assert_allclose(body.xmat[[0, 3, 8]], (np.cos(theta), np.sin(theta), 1), atol=HAND)
+        assert {int(contact.geom[1]) for contact in data.contact} == set(tyres(scene))
+
+    def test_a_rolling_robot_does_not_slide(self) -> None:
+        scene = make_scene(replace(ONE, base="planar"))
+        data = mujoco.MjData(scene.model)
+        pose, twist = np.array([[0.3, 0.2, 2.0]]), np.array([[0.3, 0.0, -1.5]])
+        data.qpos, data.qvel = scene.qpos_of(pose, np.zeros((1, 2))), scene.qvel_of(pose, twist)
+        mujoco.mj_forward(scene.model, data)
+        velocity = np.empty(6)
+        for geom in tyres(scene):
+            mujoco.mj_objectVelocity(scene.model, data, mujoco.mjtObj.mjOBJ_GEOM, geom, velocity, 0)
+            below = velocity[3:] + np.cross(velocity[:3], (0, 0, -scene.drive.wheel_radius))
+            np.testing.assert_allclose(below, 0, atol=HAND)
+
+    def test_its_reduced_model_knows(self) -> None:
+        for model in reduced_models(replace(ONE, base="planar")):
+            assert model.levelled
+            turning = np.array([0.4]), np.array([2.0]), np.array([0.3]), np.array([5.0])
+            half = model.mass * 9.81 / 2
+            np.testing.assert_allclose(model.wheel_loads(*turning), [(half, half)], rtol=HAND)
+            np.testing.assert_allclose(model.caster_load(*turning), 0, atol=half * HAND)
+
+    def test_robots_that_touch_each_other_still_do(self) -> None:
+        scene = make_scene(SceneSpec(("a", "b"), base="planar", robot_contact=True))
+        data = mujoco.MjData(scene.model)
+        data.qpos = scene.qpos_of(np.array([[0.0, 0.0, 0.0], [0.05, 0.02, 1.0]]), np.zeros((2, 2)))
+        mujoco.mj_forward(scene.model, data)
+        floor = scene.model.geom("floor").id
+        assert any(floor not in contact.geom for contact in data.contact)
+
+
 class TestIdentity:
     def test_the_hash_is_the_scene_s(self, trio: Scene) -> None:
         assert make_scene(TRIO).hash == trio.hash
@@ -186,6 +423,13 @@ class TestIdentity:
             {"virtual_root": True},
             {"bounds": (-2.0, 2.0, -2.0, 2.0)},
             {"robots": ("leader", "f1")},
+            {"base": "planar"},
+            {"patches": (Patch(0.1, disc=(0.0, 0.0, 1.0)),)},
+            {"slope": 0.1},
+            {"slope": 0.1, "uphill": 1.0},
+            {"payload": Payload(0.1, (0.0, 0.0, 0.06))},
+            {"wheel_mismatch": 0.01},
+            {"torque_limit": 0.01},
         ],
         ids=str,
     )
