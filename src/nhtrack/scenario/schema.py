@@ -17,6 +17,7 @@ from typing import Annotated, Any, Literal, Self, TypeAlias
 from pydantic import (
     AfterValidator,
     BaseModel,
+    BeforeValidator,
     ConfigDict,
     Discriminator,
     Field,
@@ -92,6 +93,17 @@ def _even(pixels: int) -> int:
     return pixels
 
 
+def _values(*names: str) -> BeforeValidator:
+    """Returns the validator that says by name which values a list of another length ought to have."""
+
+    def counted(value: Any) -> Any:
+        if isinstance(value, (list, tuple)) and len(value) != len(names):
+            raise fault(f"expected {len(names)} values ({', '.join(names)}), got {len(value)}")
+        return value
+
+    return BeforeValidator(counted)
+
+
 def _disc(disc: tuple[float, float, float]) -> tuple[float, float, float]:
     if not disc[2] > 0:
         raise fault(f"expected a positive radius, got {disc[2]:g}")
@@ -109,9 +121,16 @@ def _rectangle(sides: tuple[float, float, float, float]) -> tuple[float, float, 
 Pose: TypeAlias = Annotated[tuple[float, float, float], Field(strict=False)]
 Place: TypeAlias = Annotated[tuple[float, float], Field(strict=False)]
 Edge: TypeAlias = Annotated[float, Field(ge=0)]
-Disc: TypeAlias = Annotated[tuple[float, float, float], Field(strict=False), AfterValidator(_disc)]
-Rectangle: TypeAlias = Annotated[tuple[float, float, float, float], Field(strict=False), AfterValidator(_rectangle)]
-Edges: TypeAlias = Annotated[tuple[Edge, Edge, Edge], Field(strict=False)]
+Disc: TypeAlias = Annotated[
+    tuple[float, float, float], Field(strict=False), _values("x", "y", "r"), AfterValidator(_disc)
+]
+Rectangle: TypeAlias = Annotated[
+    tuple[float, float, float, float],
+    Field(strict=False),
+    _values("x_min", "x_max", "y_min", "y_max"),
+    AfterValidator(_rectangle),
+]
+Edges: TypeAlias = Annotated[tuple[Edge, Edge, Edge], Field(strict=False), _values("x", "y", "z")]
 Weight: TypeAlias = Annotated[float, Field(ge=0, le=1)]
 PlanarTwist: TypeAlias = Annotated[tuple[float, float], Field(strict=False)]
 Name: TypeAlias = Annotated[str, AfterValidator(_robot_name)]
