@@ -1,40 +1,35 @@
-"""The budgets can be broken: one wrong sign, number or shape, and the open-loop run leaves its budget."""
+"""The budgets can be broken: each fault put into a scene on purpose breaks one that is named here."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import mujoco
+import numpy as np
 import pytest
 
-from motions import OpenLoopError, weaving_error
-from nhtrack.errors import SimulationDiverged
 from nhtrack.simulation.mujoco import MujocoSimulation
-from nhtrack.simulation.scene import Scene, SceneSpec, make_scene
-from tolerances import OPEN_LOOP_HEADING, OPEN_LOOP_POSITION, OPEN_LOOP_POSITION_UNCORRECTED
+from nhtrack.simulation.scene import Scene
+from nhtrack.study.fidelity.bench import Bench, Finding
+from nhtrack.study.fidelity.suite import CHECKS
 
 pytestmark = pytest.mark.slow
 
-SPEC = SceneSpec(("robot",))
-DURATION = 4.0  # [s] long enough for 1 m of path and 3 rad of turn
+ROBOT = "nh_mini"
 
 
-def sound(scene: Scene) -> Scene:
-    return scene
-
-
-def torques_swapped(scene: Scene) -> Scene:
+def wheels_swapped(scene: Scene) -> Scene:
     at = scene.addresses
     return replace(scene, addresses=replace(at, motors=at.motors[:, ::-1]))
 
 
-def no_first_moment(scene: Scene) -> Scene:
-    return replace(scene, drive=replace(scene.drive, com=(0.0, 0.0, scene.drive.com[2])))
+def com_mirrored(scene: Scene) -> Scene:
+    x, y, height = scene.drive.com
+    return replace(scene, drive=replace(scene.drive, com=(-x, y, height)))
 
 
-def no_wheel_spin(scene: Scene) -> Scene:
+def no_wheel_inertia(scene: Scene) -> Scene:
     return replace(scene, drive=replace(scene.drive, wheel_inertia=0.0))
 
 
@@ -43,64 +38,81 @@ def wider(scene: Scene) -> Scene:
     return replace(scene, drive=replace(scene.drive, half_separation=1.001 * scene.drive.half_separation))
 
 
+def no_priority(scene: Scene) -> Scene:
+    """Returns the scene with tyres whose friction is the larger one of their own and the floor's."""
+    scene.model.geom_priority[:] = 0
+    return scene
+
+
 def cylinders(scene: Scene) -> Scene:
     """Returns the scene with tyres as cylinders, which stand on a line: it resists turning."""
     robot = mujoco.MjSpec.from_string(scene.xml)
     for tyre in scene.addresses.tyres.ravel():
         geom = robot.geom(scene.model.geom(int(tyre)).name)
-        geom.type, geom.size = mujoco.mjtGeom.mjGEOM_CYLINDER, (0.03, 0.004, 0.0)
+        geom.type, geom.size = mujoco.mjtGeom.mjGEOM_CYLINDER, (geom.size[0], geom.size[1], 0.0)
         geom.quat = (0.5**0.5, 0.5**0.5, 0.0, 0.0)  # the axis of a cylinder is its own z
     return replace(scene, model=robot.compile())
 
 
-def correction_reversed(simulation: MujocoSimulation) -> None:
-    sound = simulation._surface_velocity
-    simulation._surface_velocity = lambda *motion: -sound(*motion)  # type: ignore[method-assign]
+def correction_times(factor: float) -> Callable[[MujocoSimulation], None]:
+    def tamper(simulation: MujocoSimulation) -> None:
+        sound = simulation._surface_velocity
+        simulation._surface_velocity = lambda *motion: factor * sound(*motion)  # type: ignore[method-assign]
+
+    return tamper
 
 
-def correction_halved(simulation: MujocoSimulation) -> None:
-    sound = simulation._surface_velocity
-    simulation._surface_velocity = lambda *motion: sound(*motion) / 2  # type: ignore[method-assign]
+def correction_on_ice(simulation: MujocoSimulation) -> None:
+    """A correction that were a force of its own would move robots without friction too."""
+    step = simulation._physics_step
+
+    def pushing(k: int, u: np.ndarray) -> None:
+        step(k, u)
+        simulation._plane_velocity[:] += 1e-5 * (simulation._surface is not None)
+
+    simulation._physics_step = pushing  # type: ignore[method-assign]
 
 
-def error(
-    spec: SceneSpec, change: Callable[[Scene], Scene] = sound, tamper: Callable | None = None
-) -> OpenLoopError:
-    simulation = MujocoSimulation(change(make_scene(spec)), spec.timestep)
-    if tamper is not None:
-        tamper(simulation)
-    try:
-        return weaving_error(simulation, DURATION)
-    except SimulationDiverged:  # further off than any budget
-        return OpenLoopError(math.inf, math.inf)
+@dataclass(frozen=True)
+class Mutation:
+    """A fault, the check that must find it, and the budget that it breaks."""
+
+    name: str
+    check: str
+    budget: str
+    change: Callable[[Scene], Scene] | None = None
+    tamper: Callable[[MujocoSimulation], None] | None = None
+
+    def findings(self, *, sound: bool = False) -> dict[str, Finding]:
+        bench = Bench(ROBOT) if sound else Bench(ROBOT, self.change, self.tamper)
+        return {finding.check: finding for finding in CHECKS[self.check](bench)}
 
 
-def test_unchanged_it_is_within_both_budgets() -> None:
-    found = error(SPEC)
-    assert found.position <= OPEN_LOOP_POSITION
-    assert found.heading <= OPEN_LOOP_HEADING
+MUTATIONS = (
+    *(
+        Mutation(f"rate correction {how}", "planar_base", "planar base: position after 10 s", tamper=correction_times(x))
+        for how, x in (("reversed", -1.0), ("halved", 0.5), ("1 % off", 1.01))
+    ),
+    Mutation("wheels swapped", "accelerations", "spin under constant torque", wheels_swapped),
+    Mutation("centre of mass mirrored", "reduced_model", "wheel torques of any motion", com_mirrored),
+    Mutation("centre of mass mirrored", "load_shares", "wheel loads against statics", com_mirrored),
+    Mutation("centre of mass mirrored", "planar_base", "planar base: heading after 10 s", com_mirrored),
+    Mutation("no wheel inertia", "reduced_model", "mass matrix in (v, omega)", no_wheel_inertia),
+    Mutation("no wheel inertia", "accelerations", "straight acceleration under constant torque", no_wheel_inertia),
+    Mutation("axle 0.1 % wider", "planar_base", "planar base: heading after 10 s", wider),
+    Mutation("no geom priority", "friction_limits", "friction limit, turning", no_priority),
+    Mutation("cylinder wheels", "accelerations", "spin under constant torque", cylinders),
+    Mutation(
+        "a correction that pushes", "ice", "no friction: what the rate correction moves", tamper=correction_on_ice
+    ),
+)
 
 
-@pytest.mark.parametrize("tamper", [correction_reversed, correction_halved])
-def test_a_wrong_rate_correction_breaks_the_position_budget(tamper: Callable) -> None:
-    assert error(SPEC, tamper=tamper).position > 10 * OPEN_LOOP_POSITION
+@pytest.mark.parametrize("mutation", MUTATIONS, ids=lambda mutation: f"{mutation.name}-{mutation.check}")
+def test_a_fault_breaks_its_budget(mutation: Mutation) -> None:
+    assert not mutation.findings()[mutation.budget].ok
 
 
-@pytest.mark.parametrize("change", [torques_swapped, no_first_moment, no_wheel_spin, wider])
-def test_a_wrong_model_breaks_both_budgets(change: Callable[[Scene], Scene]) -> None:
-    found = error(SPEC, change)
-    assert found.position > 10 * OPEN_LOOP_POSITION
-    assert found.heading > 10 * OPEN_LOOP_HEADING
-
-
-def test_mujocos_default_contacts_break_the_uncorrected_budget() -> None:
-    plain = replace(SPEC, rate_correction=False)
-    assert error(plain).position <= OPEN_LOOP_POSITION_UNCORRECTED
-    assert error(replace(plain, contact="default")).position > OPEN_LOOP_POSITION_UNCORRECTED
-
-
-def test_cylinders_for_tyres_break_the_uncorrected_budget() -> None:
-    """A line of contact holds the yaw: the robot hardly turns."""
-    found = error(replace(SPEC, rate_correction=False), cylinders)
-    assert found.position > 10 * OPEN_LOOP_POSITION_UNCORRECTED
-    assert found.heading > 1.0
+@pytest.mark.parametrize("mutation", {(m.check, m.budget): m for m in MUTATIONS}.values(), ids=lambda m: m.budget)
+def test_without_it_the_budget_is_kept(mutation: Mutation) -> None:
+    assert mutation.findings(sound=True)[mutation.budget].ok

@@ -13,7 +13,7 @@ import pytest
 
 from motions import (
     AT_REST,
-    OpenLoopError,
+    PoseError,
     Run,
     difference,
     drive,
@@ -41,7 +41,7 @@ TIMESTEPS = (0.004, 0.002, 0.001, 0.0005)
 
 
 @pytest.fixture(scope="module")
-def errors() -> dict[tuple[float, bool], OpenLoopError]:
+def errors() -> dict[tuple[float, bool], PoseError]:
     """Errors of the weaving run by (time step, rate correction)."""
     return {
         (h, corrected): weaving_error(

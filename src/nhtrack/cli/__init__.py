@@ -1,6 +1,7 @@
 """The command line. Modules here import what a command needs when it runs, so that `nhtrack --help` answers at once."""
 
 from nhtrack.cli.app import app, main
+from nhtrack.cli.fidelity import fidelity
 from nhtrack.cli.paper import paper
 from nhtrack.cli.results import render, run
 from nhtrack.cli.scenarios import init, list_assets, schema, validate
@@ -11,6 +12,7 @@ __all__ = [
     "app",
     "doctor",
     "feasibility",
+    "fidelity",
     "init",
     "list_assets",
     "main",

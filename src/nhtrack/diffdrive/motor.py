@@ -29,11 +29,19 @@ class Motor:
             if not getattr(self, name) > 0:
                 raise ValueError(f"{name}: expected a positive number, got {getattr(self, name)}")
 
-    def saturate(self, torque: Array, wheel_speed: Array) -> Array:
-        """Returns the torque [N m] the motor delivers where `torque` is asked for at `wheel_speed` [rad/s]."""
+    def saturate(self, torque: Array, wheel_speed: Array, lag: Array | float = 0.0) -> Array:
+        """Returns the torque [N m] the motor delivers where `torque` is asked for at `wheel_speed` [rad/s].
+
+        Args:
+            torque: what is asked for.
+            wheel_speed: the speed at the beginning of a time step h.
+            lag: h stall_torque / (I no_load_speed) of a wheel that only its own inertia I holds. Its speed changes
+                within the step, and the line is that of the speed at its end; else a light wheel that spins free would
+                overshoot the line and be thrown back, more in every step.
+        """
         xp = namespace(torque, wheel_speed)
         line = wheel_speed / self.no_load_speed
         # Cut on both sides: far above the no-load speed the line asks for more braking than the driver allows.
-        upper = xp.clip(self.stall_torque * (1 - line), -self.torque_limit, self.torque_limit)
-        lower = xp.clip(-self.stall_torque * (1 + line), -self.torque_limit, self.torque_limit)
+        upper = xp.clip(self.stall_torque * (1 - line) / (1 + lag), -self.torque_limit, self.torque_limit)
+        lower = xp.clip(-self.stall_torque * (1 + line) / (1 + lag), -self.torque_limit, self.torque_limit)
         return xp.minimum(xp.maximum(torque, lower), upper)

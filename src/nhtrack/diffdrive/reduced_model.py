@@ -245,10 +245,18 @@ class DiffDrive:
         """Returns (u_x, u_theta) under wheel torques (left, right), both (..., 2); inverse of `wheel_torques`."""
         xp = namespace(v, omega, torque)
         m_x, _ = self.first_moment
-        force = (torque[..., 0] + torque[..., 1]) / self.wheel_radius
-        moment = (torque[..., 1] - torque[..., 0]) * self.half_separation / self.wheel_radius
-        free = xp.stack([force + m_x * omega * omega, moment - m_x * omega * v], axis=-1)
-        return free @ xp.asarray(np.linalg.inv(self.mass_matrix))
+        free = xp.stack([m_x * omega * omega, -m_x * omega * v], axis=-1)
+        return self.gained(torque) + free @ xp.asarray(np.linalg.inv(self.mass_matrix))
+
+    def gained(self, torque: Array) -> Array:
+        """Returns what wheel torques (left, right) add to (u_x, u_theta), both (..., 2)."""
+        xp = namespace(torque)
+        return torque @ xp.asarray(self._gain)
+
+    @cached_property
+    def _gain(self) -> np.ndarray:
+        r, b = self.wheel_radius, self.half_separation
+        return np.array([[1.0, -b], [1.0, b]]) / r @ np.linalg.inv(self.mass_matrix)
 
 
 def utilisation(demand: Array, limit: Array) -> Array:

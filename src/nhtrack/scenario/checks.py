@@ -19,6 +19,7 @@ from nhtrack.errors import RobotError, did_you_mean
 from nhtrack.network import network_faults
 from nhtrack.reference import ReferenceInputError, Signal, Table, make_segments, make_signal
 from nhtrack.scenario.schema import Leader, Physics, Scenario, Similarity
+from nhtrack.scenario.stance import stance_findings
 from nhtrack.scenario.tree import Path, lookup
 
 Finding = tuple[Path, str]
@@ -182,9 +183,11 @@ def _names(value: Any) -> tuple[str, ...]:
 
 def _robot_findings(tree: Mapping[str, Any], directory: FilePath) -> Iterator[Finding]:
     robot = lookup(tree, ("robot",), Scenario.model_fields["robot"].default)
-    if not isinstance(robot, str) or not robot or robot in assets.robots():
+    if not isinstance(robot, str) or not robot:
         return
-    if not is_robot_file(robot):
+    if robot in assets.robots():
+        yield from stance_findings(tree, robot)
+    elif not is_robot_file(robot):
         yield (
             ("robot",),
             f"no robot {robot!r}; {did_you_mean(robot, assets.robots())}, or a path to an .xml file",
@@ -193,6 +196,7 @@ def _robot_findings(tree: Mapping[str, Any], directory: FilePath) -> Iterator[Fi
         yield ("robot",), f"no MJCF file {str(directory / robot)!r}"
     else:
         yield from _robot_file_findings(directory / robot)
+        yield from stance_findings(tree, str(directory / robot))
 
 
 def _robot_file_findings(path: FilePath) -> Iterator[Finding]:

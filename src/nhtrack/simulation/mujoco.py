@@ -36,6 +36,8 @@ from nhtrack.simulation.state import State
 
 # A robot leaning this far has tipped: its wheels no longer roll on their treads.
 TIPPED = np.radians(30.0)
+# Share of the friction limit from which a wheel counts as sliding within a physics step.
+_SLIDING = 1 - 1e-6
 
 
 class MujocoSimulation:
@@ -66,6 +68,8 @@ class MujocoSimulation:
         self._creep = self._h * friction_regularisation(scene.model, int(scene.addresses.tyres[0, 0]))
         self._friction = None if self.ground.is_uniform else self._engine.expand("geom_friction")
         self._known_ground = self.ground if scene.spec.compensation == "actual" else Ground()
+        motor = self.drive.motor
+        self._lag = self._h * motor.stall_torque / (self.drive.wheel_inertia * motor.no_load_speed)
         self._bodies = slice(1, None) if scene.spec.virtual_root else slice(None)
         self._planar = scene.spec.base == "planar"
         self._bind()
@@ -97,6 +101,7 @@ class MujocoSimulation:
         self._u, self._u_root = np.zeros((*g.shape[:-1], 2)), np.zeros((len(g), 1, 2))
         self._u_straddling = self._u
         self._terms = np.zeros((*g.shape[:-1], 6))  # of DiffDrive.ground_map
+        self._friction_now = np.full(self._u.shape, self.ground.friction)
         self._clear_log(np.nan)  # before the first step nothing is known of forces
         return self._state()
 
@@ -121,6 +126,16 @@ class MujocoSimulation:
     def qpos(self) -> Array:
         """MuJoCo's configuration now, shape (nq,) or (b, nq)."""
         return self._unbatched(self._qpos).copy()
+
+    @property
+    def qvel(self) -> Array:
+        """MuJoCo's velocities now, half a step before the configuration's time, shape (nv,) or (b, nv)."""
+        return self._unbatched(self._qvel).copy()
+
+    @property
+    def contact_force(self) -> Array:
+        """Forces of the floor on the tyres in the last physics step [N], world frame, shape (..., p, 2, 3)."""
+        return -self._unbatched(self._sensors[:, self.scene.addresses.forces])
 
     @property
     def time(self) -> float:
@@ -164,31 +179,42 @@ class MujocoSimulation:
         """
         at, h, v, omega = self.scene.addresses, self._h, self._velocity.real, self._omega
         before = v * np.exp(-0.5j * h * omega)
-        omega_after = omega + h * u[..., 1]
-        after = (v + h * u[..., 0]) * np.exp(0.5j * h * omega_after)
-        acceleration = (after - before) / h
+        acceleration = (self._velocity_after(u) - before) / h
         self._terms[..., 0] = acceleration.real
         self._terms[..., 1] = u[..., 1]
         self._terms[..., 2] = omega * omega  # MuJoCo takes the centripetal force from its own velocities
         self._terms[..., 3] = acceleration.imag
         self._terms[..., 4], self._terms[..., 5], _ = self._known_ground.gravity_at(self._yaw())
         demand = self._terms @ self.drive.torque_map
-        torque = self.drive.motor.saturate(demand, self._qvel[:, at.wheel_qvel])
+        torque = self.drive.motor.saturate(demand, self._qvel[:, at.wheel_qvel], self._lag * self._sliding())
         self._ctrl[:, at.motors] = torque
         if self._surface is not None:
+            lateral = self._velocity_after(u + self.drive.gained(torque - demand)).imag
             side_force = self._terms @ self.drive.ground_map[:, 1] / 2
-            self._surface[:, at.tyres, 1] = self._surface_velocity(before.imag, after.imag, side_force)[..., None]
+            self._surface[:, at.tyres, 1] = self._surface_velocity(before.imag, lateral, side_force)[..., None]
         self._lay_ground(k)
         self._engine.step()
         self._demand_log[k], self._torque_log[k], self._sensor_log[k] = demand, torque, self._sensors
         self._read_velocity()
 
+    def _velocity_after(self, u: Array) -> Array:
+        """Returns the velocity after a step at the accelerations u, in the heading of t_k, shape (b, p), complex."""
+        h = self._h
+        return (self._velocity.real + h * u[..., 0]) * np.exp(0.5j * h * (self._omega + h * u[..., 1]))
+
     def _lay_ground(self, k: int) -> None:
         """Gives each tyre the friction of the place where it stands."""
         if self._friction is not None:
             pose = np.stack([self._q[..., 0], self._q[..., 1], self._yaw()], axis=-1)
-            self._friction_log[k] = self.ground.friction_at(self.drive.wheel_places(pose))
-            self._friction[:, self.scene.addresses.tyres, 0] = self._friction_log[k]
+            self._friction_now = self.ground.friction_at(self.drive.wheel_places(pose))
+            self._friction[:, self.scene.addresses.tyres, 0] = self._friction_now
+        self._friction_log[k] = self._friction_now
+
+    def _sliding(self) -> Array:
+        """Returns which wheels slid in the last step or were off the floor, shape (b, p, 2)."""
+        force = self._sensors[:, self.scene.addresses.forces]
+        friction, load = np.hypot(force[..., 0], force[..., 1]), -force[..., 2]
+        return np.asarray(friction >= _SLIDING * self._friction_now * load)
 
     def _surface_velocity(self, before: Array, after: Array, side_force: Array) -> Array:
         """Returns the rate correction: the surface velocity [m/s] that ends a step at the lateral velocity `after`.
@@ -273,7 +299,7 @@ class MujocoSimulation:
         shape = (self.substeps, *self._u.shape)
         self._demand_log, self._torque_log = np.full(shape, value), np.full(shape, value)
         self._sensor_log = np.full((self.substeps, *self._sensors.shape), value)
-        self._friction_log = np.full(shape, self.ground.friction)
+        self._friction_log = np.full(shape, value)
 
     def _batched(self, array: Array) -> Array:
         return np.array(array if self.batch else array[None], dtype=float)

@@ -14,20 +14,21 @@ from typing import Any
 
 import numpy as np
 
-from nhtrack.diffdrive import DiffDrive, identify
+from nhtrack.diffdrive import DiffDrive
 from nhtrack.errors import NhtrackError, SimulationDiverged
 from nhtrack.events import find_events, sentences
 from nhtrack.metrics import summary
 from nhtrack.recording import Recording, atomic_path, make_recording
-from nhtrack.rollout import Progress, Rollout, rollout
+from nhtrack.rollout import Progress, Rollout
 from nhtrack.scenario.build import Experiment, build
 from nhtrack.scenario.load import load
 from nhtrack.scenario.schema import Scenario
+from nhtrack.scenario.stance import stance_warnings
 from nhtrack.simulation.ideal import IdealSimulation
 from nhtrack.simulation.mujoco import MujocoSimulation
-from nhtrack.simulation.scene import Scene, load_robot, make_scene
+from nhtrack.simulation.scene import Scene, make_scene
 from nhtrack.study.demand import predictions
-from nhtrack.study.feasibility import with_time
+from nhtrack.study.feasibility import plant_of, with_time
 
 # What a stage of a run is called on the screen, and a way to report how far it is.
 Stage = Callable[[str], Progress]
@@ -93,8 +94,8 @@ def simulate(scenario: Scenario, stage: Stage | None = None) -> Outcome:
     if scenario.similarity.time == "auto":
         scenario = with_time(scenario, stage("time scale") if stage is not None else None)
     experiment = build(scenario)
-    drive = identify(load_robot(scenario.robot))
-    ideal = IdealSimulation(experiment.network.names, drive, experiment.dt, scenario.physics.friction)
+    drive = plant_of(scenario)
+    ideal = IdealSimulation(experiment.network.names, drive, experiment.dt, experiment.scene.ground)
     twin = _roll(ideal, experiment, stage, "ideal twin")
     if twin.interrupted:
         raise KeyboardInterrupt  # before the run proper began: there is nothing to keep
@@ -162,6 +163,7 @@ def warnings(scenario: Scenario, experiment: Experiment, twin: Rollout, drive: D
     found = experiment.law.warnings()
     if scenario.backend == "ideal":
         return found
+    found = (*found, *stance_warnings(scenario, experiment, drive))
     if twin.failure is not None:
         found = (*found, f"the ideal twin diverged ({twin.failure}): from there on nothing is compared with it")
     return (*found, *predictions(scenario, experiment, twin, drive))
@@ -178,8 +180,7 @@ def _roll(
     simulation: IdealSimulation | MujocoSimulation, experiment: Experiment, stage: Stage | None, name: str
 ) -> Rollout:
     progress = stage(name) if stage is not None else None
-    setting = (experiment.law, experiment.network, experiment.inputs, experiment.start, experiment.tracking)
-    return rollout(simulation, *setting, progress=progress)
+    return experiment.rollout(simulation, progress)
 
 
 def _bounds(twin: Rollout) -> tuple[float, float, float, float]:

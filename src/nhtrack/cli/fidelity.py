@@ -1,0 +1,63 @@
+"""The command that measures how close wheels come to the ideal robot."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+from rich.console import Console
+
+from nhtrack.cli.app import EXIT_ERROR, app
+from nhtrack.cli.screen import make_table, progress_bars
+
+if TYPE_CHECKING:
+    from nhtrack.study.fidelity.bench import Finding
+
+
+@app.command()
+def fidelity(
+    robots: Annotated[
+        list[str] | None,
+        typer.Option("--robot", help="A bundled robot or an MJCF file; repeatable. All bundled ones by default."),
+    ] = None,
+    checks: Annotated[list[str] | None, typer.Option("--check", help="One check by name; repeatable.")] = None,
+    quick: Annotated[bool, typer.Option("--quick", help="Only what takes a few seconds.")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the findings as JSON.")] = False,
+) -> None:
+    """Measure robots against mechanics and the ideal model; exit 1 where a budget is broken."""
+    from nhtrack.errors import did_you_mean
+    from nhtrack.simulation.scene import load_robot
+    from nhtrack.study.fidelity.suite import CHECKS, QUICK, run, tasks
+
+    for name in checks or ():
+        if name not in CHECKS:
+            raise typer.BadParameter(f"no check {name!r}; {did_you_mean(name, CHECKS)}", param_hint="--check")
+    for robot in robots or ():
+        load_robot(robot)  # a misspelt one is told before anything is measured
+    with progress_bars() as stage:
+        findings = run(tasks(robots, checks or (QUICK if quick else None)), stage("fidelity"))
+    if as_json:
+        typer.echo(json.dumps([finding.row for finding in findings], indent=2, allow_nan=False))
+    else:
+        _print(findings, Console())
+    if not all(finding.ok for finding in findings):
+        raise typer.Exit(EXIT_ERROR)
+
+
+def _print(findings: list[Finding], console: Console) -> None:
+    """Prints a table for each robot, and what broken budgets are made of."""
+    for robot in dict.fromkeys(finding.robot for finding in findings):
+        table = make_table(robot)
+        for heading in ("check", "measured", "budget", "unit", ""):
+            table.add_column(heading, justify="right" if heading in ("measured", "budget") else "left")
+        for finding in (each for each in findings if each.robot == robot):
+            bound = f"{'<=' if finding.sense == 'at most' else '>='} {finding.budget:g}"
+            unit, verdict = finding.unit if finding.unit != "1" else "", "ok" if finding.ok else "broken"
+            style = None if finding.ok else "bold red"
+            table.add_row(finding.check, f"{finding.value:.2g}", bound, unit, verdict, style=style)
+        console.print(table)
+    broken = [finding for finding in findings if not finding.ok]
+    for finding in broken:
+        console.print(f"{finding.robot}, {finding.check}: {finding.cause}", markup=False, soft_wrap=True)
+    console.print(f"{len(findings) - len(broken)} of {len(findings)} budgets kept", highlight=False)
