@@ -88,10 +88,11 @@ class Mutation:
         return {finding.check: finding for finding in CHECKS[self.check](bench)}
 
 
+_POSITION = "planar base: position after 10 s"
 MUTATIONS = (
     *(
-        Mutation(f"rate correction {how}", "planar_base", "planar base: position after 10 s", tamper=correction_times(x))
-        for how, x in (("reversed", -1.0), ("halved", 0.5), ("1 % off", 1.01))
+        Mutation(f"rate correction {how}", "planar_base", _POSITION, None, correction_times(times))
+        for how, times in (("reversed", -1.0), ("halved", 0.5), ("1 % off", 1.01))
     ),
     Mutation("wheels swapped", "accelerations", "spin under constant torque", wheels_swapped),
     Mutation("centre of mass mirrored", "reduced_model", "wheel torques of any motion", com_mirrored),
