@@ -4,8 +4,8 @@ First the second engine against closed forms; then both engines under the same w
 friction, at it and beyond it. Every bundled robot drives the same manoeuvres, scaled by its own size and motors.
 
 Where the two differ the second engine is right: a wheel that slides at s on MuJoCo's convex contacts is thrown up at
-about mu s, whatever the time step, and touches the floor in single steps with many times its load. Means over some of
-these bounces are Coulomb's; a wheel beside it that ought to hold lets go now and then.
+about mu s, and touches the floor in single steps with many times its load. Means over some of these bounces are
+Coulomb's; a wheel beside it that ought to hold lets go now and then.
 """
 
 from __future__ import annotations
