@@ -15,10 +15,14 @@ from pydantic import ValidationError
 
 from nhtrack import assets
 from nhtrack.errors import ScenarioError
+from nhtrack.ground import Ground, Patch
+from nhtrack.scenario.build import build, make_scene_spec
 from nhtrack.scenario.documentation import COMMAND, json_schema, reference_page
 from nhtrack.scenario.load import apply_overrides, load, load_text, load_tree
 from nhtrack.scenario.schema import PublishedLaw, Scenario, Segment, SignalInput, TableInput
+from nhtrack.scenario.stance import stance_warnings, support_loads
 from nhtrack.scenario.tree import dotted, lookup, parse_path, parse_yaml
+from nhtrack.simulation.scene import Payload, SceneSpec, reduced_models
 
 MINIMAL = """
 name: case
@@ -110,6 +114,118 @@ def test_a_byte_order_mark_is_skipped(tmp_path: Path) -> None:
     path = tmp_path / "case.yaml"
     path.write_bytes(b"\xef\xbb\xbf" + MINIMAL.encode())
     assert load(path).name == "case"
+
+
+# -- what robots are up against --------------------------------------------------------------------
+
+PHYSICS = """
+physics:
+  friction: 0.8
+  patches:
+    - {friction: 0.05, rectangle: [1, 3, -2, 4]}
+    - {friction: 0.3, disc: [5, -1, 2]}
+  slope: {angle: 0.1, uphill: 2.0}
+  payload: {mass: 0.2, offset: [0.01, -0.02], height: 0.07, size: [0.05, 0.04, 0.03]}
+  wheel_mismatch: -0.01
+  motors: {torque_limit: 0.02, no_load_speed: 30}
+  compensation: actual
+"""
+
+
+def test_without_them_there_is_level_uniform_ground_and_a_bare_robot() -> None:
+    assert make_scene_spec(load_text(MINIMAL)) == SceneSpec(("leader", "follower"))
+
+
+def test_places_scale_with_length_and_what_a_robot_is_does_not() -> None:
+    scenario = load_text(MINIMAL + PHYSICS + "similarity: {length: 0.5, time: 3}\n")
+    spec = build(scenario).scene
+    assert spec == make_scene_spec(scenario)
+    assert spec.patches == (Patch(0.05, rectangle=(0.5, 1.5, -1.0, 2.0)), Patch(0.3, disc=(2.5, -0.5, 1.0)))
+    assert spec.ground == Ground(0.8, spec.patches, 0.1, 2.0)
+    assert spec.payload == Payload(0.2, (0.01, -0.02, 0.07), (0.05, 0.04, 0.03))
+    assert (spec.wheel_mismatch, spec.torque_limit, spec.no_load_speed) == (-0.01, 0.02, 30)
+    assert (spec.compensation, spec.base) == ("actual", "free")
+    assert spec == SceneSpec.from_json(spec.to_json())
+    assert load_tree(scenario.model_dump(mode="json")) == scenario
+
+
+def test_a_planar_base_and_motors_with_one_limit() -> None:
+    overrides = ["physics.base=planar", "physics.motors.no_load_speed=30"]
+    spec = make_scene_spec(load_text(MINIMAL, overrides=overrides))
+    assert spec == SceneSpec(("leader", "follower"), base="planar", no_load_speed=30.0)
+
+
+@pytest.mark.parametrize(
+    ("offset", "stands"),
+    [
+        ((-0.09, 0.0), False),
+        ((-0.08, 0.0), True),
+        ((0.02, 0.0), False),
+        ((0.01, 0.0), True),
+        ((0.0, 0.095), False),
+        ((0.0, -0.095), False),
+        ((0.0, 0.085), True),
+    ],
+    ids=str,
+)
+def test_a_payload_may_not_tip_its_robot(offset: tuple[float, float], stands: bool) -> None:
+    """As heavy as the robot itself: the centre of mass is half-way between the two."""
+    payload = {"mass": 0.70118, "offset": list(offset), "height": 0.07}
+    tree = minimal_tree() | {"physics": {"payload": payload}}
+    x, y = (offset[0] - 0.010422) / 2, offset[1] / 2
+    inside = -0.048 < x < 0 and abs(y) < 0.05 * (1 + x / 0.048)  # the triangle of wheels and caster
+    assert inside == stands
+    if stands:
+        load_tree(tree)
+        return
+    with pytest.raises(ScenarioError, match=r"physics\.payload: it tips the robot: .* would lift"):
+        load_tree(tree)
+    load_tree(tree | {"physics": {"payload": payload, "base": "planar"}})  # which no payload tips
+
+
+def warned(*overrides: str) -> tuple[str, ...]:
+    scenario = load_text(MINIMAL, overrides=overrides)
+    experiment = build(scenario)
+    return stance_warnings(scenario, experiment, reduced_models(experiment.scene)[1])
+
+
+def test_a_slope_beyond_the_friction_angle_is_told() -> None:
+    """Friction 0.3 holds up to atan(0.3) = 0.291 rad."""
+    assert warned("physics.slope.angle=0.29", "physics.friction=0.3") == ()
+    (told,) = warned("physics.slope.angle=0.3", "physics.friction=0.3")
+    assert told == (
+        "the slope of 0.3 rad is steeper than the friction angle of 0.291 rad (friction 0.3): nothing on it stays "
+        "where it is"
+    )
+    assert warned("physics.friction=0.3") == warned("physics.friction=0") == ()
+
+
+def test_a_slope_that_tips_a_robot_is_told() -> None:
+    """Nose to the valley the caster lifts at atan(10.4/25.1) = 0.393 rad, nose to the top it only presses harder."""
+    slope = ["physics.slope.angle=0.4", "physics.friction=2"]
+    facing = [f"followers[0].start.pose=[-1, 0, {math.pi}]"]  # the leader looks to the top, the follower to the valley
+    assert warned(*slope, *facing) == ("follower starts on a slope that lifts its caster: it will tip",)
+    assert warned("physics.slope.angle=0.39", "physics.friction=2", *facing) == ()
+    assert warned(*slope) == ()
+    assert warned(*slope, *facing, "physics.base=planar") == ()
+    across = ["physics.slope.angle=1.1", "physics.friction=9", "followers[0].start.pose=[-1, 0, 1.5707963]"]
+    (steep, told) = warned(*across)
+    assert steep.startswith("leader starts on a slope that lifts its")
+    assert told == "follower starts on a slope that lifts its right wheel: it will tip"  # the valley is on its left
+
+
+def test_of_a_leader_without_a_body_nothing_is_told() -> None:
+    slope = ["physics.slope.angle=0.4", "physics.slope.uphill=3.14159", "physics.friction=2"]
+    assert [line.split()[0] for line in warned(*slope)] == ["leader", "follower"]
+    assert [line.split()[0] for line in warned(*slope, "leader.virtual=true")] == ["follower"]
+
+
+def test_supports_bear_the_weight() -> None:
+    plant = reduced_models(SceneSpec(("robot",)))[1]
+    loads = support_loads(plant)
+    assert sum(loads.values()) == pytest.approx(plant.mass * 9.81, rel=1e-12)
+    assert loads["left wheel"] == pytest.approx(loads["right wheel"], rel=1e-12)
+    assert loads["caster"] == pytest.approx(plant.mass * 9.81 * plant.com[0] / plant.casters[0][0], rel=1e-12)
 
 
 # -- files a scenario names ------------------------------------------------------------------------
