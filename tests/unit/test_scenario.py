@@ -200,18 +200,19 @@ def test_a_slope_beyond_the_friction_angle_is_told() -> None:
     assert warned("physics.friction=0.3") == warned("physics.friction=0") == ()
 
 
-def test_a_slope_that_tips_a_robot_is_told() -> None:
+def test_a_slope_that_would_tip_a_robot_is_told() -> None:
     """Nose to the valley the caster lifts at atan(10.4/25.1) = 0.393 rad, nose to the top it only presses harder."""
     slope = ["physics.slope.angle=0.4", "physics.friction=2"]
     facing = [f"followers[0].start.pose=[-1, 0, {math.pi}]"]  # the leader looks to the top, the follower to the valley
-    assert warned(*slope, *facing) == ("follower starts on a slope that lifts its caster: it will tip",)
+    (told,) = warned(*slope, *facing)
+    assert told == "follower starts on a slope too steep to stand on: held there, it would lift its caster"
     assert warned("physics.slope.angle=0.39", "physics.friction=2", *facing) == ()
     assert warned(*slope) == ()
     assert warned(*slope, *facing, "physics.base=planar") == ()
     across = ["physics.slope.angle=1.1", "physics.friction=9", "followers[0].start.pose=[-1, 0, 1.5707963]"]
-    (steep, told) = warned(*across)
-    assert steep.startswith("leader starts on a slope that lifts its")
-    assert told == "follower starts on a slope that lifts its right wheel: it will tip"  # the valley is on its left
+    backwards, sideways = warned(*across)  # the leader looks to the top, the follower has the valley on its left
+    assert backwards.startswith("leader starts on a slope too steep to stand on: held there, it would lift its ")
+    assert sideways == "follower starts on a slope too steep to stand on: held there, it would lift its right wheel"
 
 
 def test_of_a_leader_without_a_body_nothing_is_told() -> None:

@@ -94,5 +94,5 @@ def stance_warnings(scenario: Scenario, experiment: Experiment, plant: DiffDrive
     for name, row in zip(scenario.parents, loads, strict=True):
         if name in experiment.scene.bodies and row.min() < 0 and scenario.physics.base == "free":
             part = ("left wheel", "right wheel", "caster")[int(row.argmin())]
-            told.append(f"{name} starts on a slope that lifts its {part}: it will tip")
+            told.append(f"{name} starts on a slope too steep to stand on: held there, it would lift its {part}")
     return tuple(told)
