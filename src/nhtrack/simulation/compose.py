@@ -53,7 +53,7 @@ def compose(spec: SceneSpec, robot_file: Path, drive: DiffDrive, parts: Parts) -
                 _add_payload(robot.find("body", parts.chassis), spec.payload, drive.wheel_radius)
             _attach(arena, robot, spec, drive, parts)
     if spec.virtual_root:
-        _add_marker(arena, spec.robots[0])
+        _add_marker(arena, spec.robots[0], drive.half_separation)
     _add_cameras(arena, spec.bounds)
     return arena
 
@@ -88,7 +88,7 @@ def _set_options(arena: Any, spec: SceneSpec) -> None:
     option.solver = "Newton"
     option.impratio = 1  # more would shrink the creep of friction, which the rate correction makes up for anyway, and
     # sharpen the cones: at 10 the solver now and then ends a step beside the solution
-    option.tolerance = 1e-12
+    option.tolerance = 1e-15  # at 1e-12 a step near the limit of friction now and then ends beside the solution
     option.iterations = 100
     option.ls_iterations = 200  # with the 50 of the default a line search in a sliding contact may not end
     option.jacobian = "dense" if len(spec.bodies) <= _DENSE_ROBOTS else "sparse"
@@ -183,12 +183,13 @@ def _attach(arena: Any, robot: Any, spec: SceneSpec, drive: DiffDrive, parts: Pa
     frame.add("joint", name="yaw", type="hinge", axis=(0, 0, 1))
 
 
-def _add_marker(arena: Any, name: str) -> None:
-    """Adds the moving marker of a virtual leader, a body of its name."""
+def _add_marker(arena: Any, name: str, radius: float) -> None:
+    """Adds the moving marker of a virtual leader, a body of its name as wide as the robots' axle."""
     body = arena.worldbody.add("body", name=name, mocap=True)
     look = {"rgba": (*_rgb(robot_colour(0)), 0.6), "contype": 0, "conaffinity": 0, "group": 2}
-    body.add("geom", type="cylinder", size=(0.05, 0.002), pos=(0, 0, 0.002), **look)
-    body.add("geom", type="capsule", size=(0.006,), fromto=(0, 0, 0.01, 0.07, 0, 0.01), **look)
+    body.add("geom", type="cylinder", size=(radius, 0.002), pos=(0, 0, 0.002), **look)
+    arrow = (0, 0, radius / 5, 1.4 * radius, 0, radius / 5)
+    body.add("geom", type="capsule", size=(0.12 * radius,), fromto=arrow, **look)
 
 
 def _add_cameras(arena: Any, bounds: tuple[float, float, float, float]) -> None:

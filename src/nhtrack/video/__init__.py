@@ -14,7 +14,7 @@ from nhtrack.simulation.scene import SceneSpec, make_scene
 from nhtrack.video.camera import CAMERAS, CameraPath, floor_footprint, plan_camera
 from nhtrack.video.encode import Encoder, find_encoder, write_mp4
 from nhtrack.video.overlay import Overlay
-from nhtrack.video.stage import Stage
+from nhtrack.video.stage import Stage, robot_scale
 from nhtrack.video.timeline import Timeline, make_timeline
 
 __all__ = ["CAMERAS", "Encoder", "find_encoder", "frames", "render"]
@@ -77,7 +77,7 @@ def frames(
     scene = make_scene(SceneSpec.from_json(recording.dataset.attrs["scene"]))
     timeline = make_timeline(recording, scene, fps, speed)
     fovy, aspect = float(scene.model.vis.global_.fovy), size[0] / size[1]
-    path = plan_camera(camera, timeline.pose, fovy, aspect, fps)
+    path = plan_camera(camera, timeline.pose, fovy, aspect, fps, robot_scale(scene))
     overlay = Overlay(recording, timeline, size)
     reach = _span(timeline)
     with Stage(scene, timeline, path, size) as stage:

@@ -7,7 +7,7 @@ symmetric in time: it does not lag behind the robots and does not jitter.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import mujoco
 import numpy as np
@@ -56,7 +56,9 @@ class Lens:
     horizontal: float
 
 
-def plan_camera(name: str, pose: np.ndarray, fovy: float, aspect: float, fps: int) -> CameraPath:
+def plan_camera(
+    name: str, pose: np.ndarray, fovy: float, aspect: float, fps: int, scale: float = 1.0
+) -> CameraPath:
     """Returns the path of one of `CAMERAS` over a film.
 
     Args:
@@ -65,6 +67,7 @@ def plan_camera(name: str, pose: np.ndarray, fovy: float, aspect: float, fps: in
         fovy: vertical field of view [deg].
         aspect: width over height of the picture.
         fps: frames per second of film.
+        scale: size of the robots over that of nh_mini, for which the distances of this module are meant.
 
     Raises:
         RenderError: no camera of that name.
@@ -72,7 +75,9 @@ def plan_camera(name: str, pose: np.ndarray, fovy: float, aspect: float, fps: in
     if name not in CAMERAS:
         raise RenderError(f"no camera {name!r}; {did_you_mean(name, CAMERAS)}")
     vertical = float(np.tan(np.radians(fovy) / 2))
-    return CAMERAS[name](pose, Lens(vertical, vertical * aspect), fps * _CALM)
+    small = pose / np.array([scale, scale, 1.0])
+    path = CAMERAS[name](small, Lens(vertical, vertical * aspect), fps * _CALM)
+    return replace(path, lookat=scale * path.lookat, distance=scale * path.distance)
 
 
 def _group(pose: np.ndarray, lens: Lens, calm: float) -> CameraPath:

@@ -15,7 +15,7 @@ from nhtrack.simulation.scene import Scene
 from nhtrack.video.camera import CameraPath
 from nhtrack.video.timeline import Timeline
 
-__all__ = ["Stage", "fading"]
+__all__ = ["Stage", "fading", "robot_scale"]
 
 _SPARE_GEOMS = 200  # room for what MuJoCo itself adds to a scene
 _TRAIL_HEIGHT, _TRAIL_WIDTH = 0.002, 2.5  # [m], [pixels at 480 lines]
@@ -28,6 +28,7 @@ _CHEVRON = np.array([[1.05, 0.6], [1.7, 0.0], [1.05, -0.6]])  # ahead of a disc 
 _LINE_SHADE = np.array(
     [0.5, 0.5, 0.5, 1.0], np.float32
 )  # lines catch all the light at once: this gives their colour back
+_NH_MINI = 0.06  # [m] from the axle midpoint to the side of nh_mini, for which lengths above are meant
 _LIT_WIDTH = 1.1  # [m] half width of the floor that the key light reaches from its own height
 
 
@@ -48,7 +49,7 @@ class Stage:
         self._scene, self._timeline, self._path, self._size = scene, timeline, camera, size
         model = scene.model
         _set_quality(model, len(scene.spec.robots), size, float(camera.distance.max()))
-        self._looks = _looks(scene)
+        self._looks, self._scale = _looks(scene), robot_scale(scene)
         self._opaque = (model.mat_rgba[:, 3].copy(), model.geom_rgba[:, 3].copy())
         self._data = mujoco.MjData(model)
         trail = sum(each.time.size + 4 for each in timeline.trails)
@@ -111,7 +112,7 @@ class Stage:
     def _fade(self, frame: int) -> None:
         model = self._scene.model
         first = len(self._scene.spec.robots) - len(self._looks)
-        opacity = fading(self._timeline.pose[frame, first:, :2])
+        opacity = fading(self._timeline.pose[frame, first:, :2] / self._scale)
         for (materials, geoms), alpha in zip(self._looks, opacity, strict=True):
             model.mat_rgba[materials, 3] = alpha * self._opaque[0][materials]
             model.geom_rgba[geoms, 3] = alpha * self._opaque[1][geoms]
@@ -122,23 +123,24 @@ class Stage:
         for place, trail in enumerate(self._timeline.trails):
             so_far = int(np.searchsorted(trail.time, now, side="right"))
             way = np.vstack([trail.points[:so_far], self._timeline.pose[frame, place, :2]])
-            height = np.full((len(way), 1), _TRAIL_HEIGHT + 0.0002 * place)
+            height = np.full((len(way), 1), self._scale * (_TRAIL_HEIGHT + 0.0002 * place))
             self._add_line(np.hstack([way, height]), _rgba(place, 1.0), 1.6 * width if place == 0 else width)
 
     def _add_pointers(self, frame: int) -> None:
         """Adds discs and chevrons on the floor: where small robots are and head, and whose place the root holds."""
-        radius = _FAR_DISC * float(self._path.distance[frame])
-        share = float(np.clip((radius - 0.022) / 0.02, 0.0, 1.0))
+        scale, radius = self._scale, _FAR_DISC * float(self._path.distance[frame])
+        share = float(np.clip((radius / scale - 0.022) / 0.02, 0.0, 1.0))
         width = _TRAIL_WIDTH * self._size[1] / 480
         poses = self._timeline.pose[frame]
-        shares = share * fading(poses[:, :2])
+        shares = share * fading(poses[:, :2] / scale)
         shares[0] = 1.0 if self._scene.marker is not None else shares[0]  # a marker's heading is its chevron's
-        self._add_disc(poses[0], max(_DISC, 1.15 * radius), 0.0006, _rgba(0, 0.55))
-        size = max(0.06, radius)
+        self._add_disc(poses[0], max(scale * _DISC, 1.15 * radius), scale * 0.0006, _rgba(0, 0.55))
+        size = max(scale * _NH_MINI, radius)
         for place in map(int, np.flatnonzero(shares)):
             if place:
-                self._add_disc(poses[place], size, 0.0008 + 0.0002 * place, _rgba(place, 0.5 * shares[place]))
-            points = np.column_stack([se2.act(poses[place][None], size * _CHEVRON), np.full(3, _TRAIL_HEIGHT)])
+                height = scale * (0.0008 + 0.0002 * place)
+                self._add_disc(poses[place], size, height, _rgba(place, 0.5 * shares[place]))
+            points = np.column_stack([se2.act(poses[place][None], size * _CHEVRON), np.full(3, scale * _TRAIL_HEIGHT)])
             self._add_line(points, _rgba(place, shares[place]), 1.6 * width)
 
     def _add_disc(self, pose: np.ndarray, radius: float, height: float, rgba: np.ndarray) -> None:
@@ -161,7 +163,7 @@ class Stage:
 
 
 def fading(positions: np.ndarray) -> np.ndarray:
-    """Returns the opacity of each robot, shape (n, 2) -> (n,): where robots coincide, only the last is solid.
+    """Returns the opacity of robots of nh_mini's size, shape (n, 2) -> (n,): where they coincide, the last is solid.
 
     Without contact between robots a follower ends in its leader's place, and two like bodies in one place flicker.
     """
@@ -169,6 +171,18 @@ def fading(positions: np.ndarray) -> np.ndarray:
     distance = np.linalg.norm(positions[:, None] - positions[None], axis=-1)
     hidden_by = np.where(np.triu(np.ones((count, count), bool), 1), distance, np.inf).min(axis=1)
     return np.asarray(np.clip((hidden_by - _COINCIDENT) / (_CLEAR - _COINCIDENT), 0.0, 1.0))
+
+
+def robot_scale(scene: Scene) -> float:
+    """Returns the size of a scene's robots over that of nh_mini, from what they may collide with."""
+    if not scene.spec.bodies:
+        return 1.0
+    model, data = scene.model, mujoco.MjData(scene.model)
+    mujoco.mj_kinematics(model, data)
+    name = scene.spec.bodies[0]
+    own = [g for g in range(model.ngeom) if model.geom(g).name.startswith(f"{name}/") and model.geom_group[g] == 3]
+    half = np.abs(data.geom_xpos[own, :2] - data.body(f"{name}/").xpos[:2]) + model.geom_aabb[own, 3:5]
+    return float(half.max() / _NH_MINI)
 
 
 def _looks(scene: Scene) -> list[tuple[np.ndarray, np.ndarray]]:
