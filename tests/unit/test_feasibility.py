@@ -35,7 +35,7 @@ from nhtrack.study.demand import (
     rounded_up,
     wheel_uses,
 )
-from nhtrack.study.feasibility import feasibility, fitting_time, ideal_motion, with_time
+from nhtrack.study.feasibility import Feasibility, feasibility, fitting_time, ideal_motion, with_time
 from nhtrack.study.run import simulate
 
 CASE = """
@@ -209,13 +209,16 @@ def test_a_virtual_leader_asks_for_nothing(drive: DiffDrive) -> None:
         (("physics.friction=0.2",), "friction"),
         (("physics.friction=2", "law.kp=40", "law.kd=20"), "wheel torque"),
         (("similarity.length=30", "control_rate=2"), "wheel speed"),
+        (("physics.friction=0.4", "physics.slope={angle: 0.15, uphill: 0.5}"), "friction"),
+        (("physics.friction=2", "physics.slope={angle: 0.3, uphill: 0.5}"), "wheel torque"),
+        (("physics.patches=[{friction: 0.1, disc: [0, 0, 3]}]",), "friction"),
     ],
 )
 def test_auto_takes_what_there_is_and_no_more(drive: DiffDrive, overrides: tuple[str, ...], limit: str) -> None:
     scenario = with_time(case(*overrides))
-    similarity, ground = scenario.similarity, Ground(scenario.physics.friction)
+    similarity, experiment = scenario.similarity, build(scenario)
+    ground = experiment.scene.ground
     assert similarity.time == rounded_up(similarity.time_scale)
-    experiment = build(scenario)
     run, _ = ideal_motion(experiment)
     motions = [motion_of(run, i) for i in range(2)]
     used = {name: max(shares(motion, drive, ground)[name] for motion in motions) for name in LIMITS}
@@ -278,6 +281,67 @@ def test_a_robot_that_never_moves_fits_at_once(drive: DiffDrive) -> None:
 def test_the_input_of_an_auto_scenario_is_judged_when_it_is_loaded() -> None:
     with pytest.raises(ScenarioError, match=r"leader\.input\.u_x: .* at t = "):
         case("leader.input.u_x=1/(t-t)")
+
+
+# -- slopes and patches -----------------------------------------------------------------------------
+
+STILL = ("leader.input.u_x=0", "leader.input.u_theta=0", "followers[0].start={pose: [0, 0, 0]}", "similarity.time=1")
+
+
+def row_of(found: Feasibility, robot: str, quantity: str) -> dict[str, Any]:
+    (row,) = (row for row in found.table if row["robot"] == robot and row["quantity"] == quantity)
+    return row
+
+
+def test_to_stand_on_a_slope_takes_torque_and_friction(drive: DiffDrive) -> None:
+    """Nose to the top: each wheel holds half of m g sin(a), and the caster bears what leans on it."""
+    found = feasibility(case(*STILL, "physics.slope.angle=0.2", "physics.friction=0.5"))
+    along, normal = 9.81 * math.sin(0.2), 9.81 * math.cos(0.2)
+    torque = drive.wheel_radius * drive.mass * along / 2
+    assert row_of(found, "leader", "wheel_torque")["value"] == pytest.approx(torque, rel=tol.HAND)
+    on_the_caster = (normal * drive.com[0] - along * drive.com[2]) / drive.casters[0][0]
+    used = along / (0.5 * (normal - on_the_caster))
+    assert row_of(found, "follower", "friction_utilisation")["value"] == pytest.approx(used, rel=tol.HAND)
+
+
+def test_beyond_what_friction_or_motors_hold_no_time_scale_fits(drive: DiffDrive) -> None:
+    slippery = feasibility(case(*STILL, "physics.slope.angle=0.2", "physics.friction=0.2"))
+    assert not slippery.fits
+    assert "wheel at 0 s asks for friction and there is none, however slow the motion" in slippery.verdict
+    steepest = math.asin(2 * drive.motor.torque_limit / (drive.wheel_radius * drive.mass * 9.81))
+    for share, fits in ((0.99, True), (1.01, False)):
+        found = feasibility(case(*STILL, f"physics.slope.angle={share * steepest}", "physics.friction=3"))
+        assert found.fits == fits
+        assert ("asks for wheel torque and there is none" in found.verdict) != fits
+    strong = feasibility(case(*STILL, f"physics.slope.angle={1.01 * steepest}", "physics.friction=3",
+                              f"physics.motors.torque_limit={1.02 * drive.motor.torque_limit}"))  # fmt: skip
+    assert strong.fits
+
+
+def test_what_robots_carry_is_counted() -> None:
+    bare, laden = (
+        feasibility(case("similarity.time=2", *more)) for more in ((), ("physics.payload={mass: 0.35, height: 0.07}",))
+    )
+    torques = [row_of(found, "follower", "wheel_torque")["value"] for found in (bare, laden)]
+    assert 1.3 < torques[1] / torques[0] < 1.6  # half as heavy again, and only in translation
+    assert laden.fitting_time is not None
+    assert bare.fitting_time is not None
+    assert laden.fitting_time > bare.fitting_time
+
+
+def test_a_patch_counts_where_and_when_robots_are_on_it() -> None:
+    def found(*patches: str) -> Feasibility:
+        return feasibility(case("similarity.time=2", f"physics.patches=[{', '.join(patches)}]"))
+
+    nowhere, beside = found(), found("{friction: 0.01, rectangle: [-50, -20, -50, -20]}")
+    assert beside.table == nowhere.table
+    everywhere = found("{friction: 0.1, rectangle: [-50, 50, -50, 50]}")
+    assert everywhere.table == feasibility(case("similarity.time=2", "physics.friction=0.1")).table
+    # A disc of one scenario length about the leader's start, which it leaves after t = 2: 0.25 t^2 = 1.
+    start = row_of(found("{friction: 0.1, disc: [0, 0, 1]}"), "leader", "friction_utilisation")
+    assert 0 < start["time"] < 4.1
+    bounds = [row_of(other, "leader", "friction_utilisation")["value"] for other in (nowhere, everywhere)]
+    assert bounds[0] < start["value"] < bounds[1]
 
 
 # -- what is said -----------------------------------------------------------------------------------
