@@ -48,8 +48,8 @@ class Stage:
     def __init__(self, scene: Scene, timeline: Timeline, camera: CameraPath, size: tuple[int, int]) -> None:
         self._scene, self._timeline, self._path, self._size = scene, timeline, camera, size
         model = scene.model
-        _set_quality(model, len(scene.spec.robots), size, float(camera.distance.max()))
         self._looks, self._scale = _looks(scene), robot_scale(scene)
+        _set_quality(model, len(scene.spec.robots), size, camera.distance)
         self._opaque = (model.mat_rgba[:, 3].copy(), model.geom_rgba[:, 3].copy())
         self._data = mujoco.MjData(model)
         trail = sum(each.time.size + 4 for each in timeline.trails)
@@ -201,14 +201,19 @@ def _rgba(place: int, alpha: float) -> np.ndarray:
     return np.array([*(int(colour[i : i + 2], 16) / 255 for i in (1, 3, 5)), alpha], np.float32)
 
 
-def _set_quality(model: mujoco.MjModel, robots: int, size: tuple[int, int], farthest: float) -> None:
-    """Sets what a software renderer can draw at film speed, and clipping planes that hold the whole scene."""
+def _set_quality(model: mujoco.MjModel, robots: int, size: tuple[int, int], distance: np.ndarray) -> None:
+    """Sets what a software renderer can draw at film speed, and clipping planes that hold the whole scene.
+
+    Beyond the share of the far plane at which haze begins the floor is drawn over what lies flat on it: robots, however
+    far from the camera, have to be nearer. The near plane keeps the digits of depth.
+    """
     quality, picture, planes = model.vis.quality, model.vis.global_, model.vis.map
     quality.offsamples = 4
     quality.shadowsize = 1024
     quality.numslices, quality.numstacks, quality.numquads = (20, 3, 1) if robots <= 20 else (12, 3, 1)
     picture.offwidth, picture.offheight = max(picture.offwidth, size[0]), max(picture.offheight, size[1])
-    planes.zfar = max(planes.zfar, 4 * farthest / model.stat.extent)
+    planes.znear = max(planes.znear, 0.1 * float(distance.min()) / model.stat.extent)
+    planes.zfar = max(planes.zfar, 6 * float(distance.max()) / model.stat.extent)
 
 
 def _key_light(model: mujoco.MjModel) -> tuple[int | None, np.ndarray]:
