@@ -11,20 +11,15 @@ import pytest
 from scipy.optimize import brentq
 
 from motions import AT_REST, Run, drive, make_simulation, middles, state, weaving
-from nhtrack import se2
 from nhtrack.diffdrive import DiffDrive
 from nhtrack.errors import SimulationDiverged
-from nhtrack.simulation.mujoco import MujocoSimulation, contact_damping
+from nhtrack.simulation.mujoco import contact_damping
 from nhtrack.simulation.scene import SceneSpec, make_scene
 from nhtrack.simulation.state import State
 from tolerances import (
     BREAK_AWAY,
     CREEP,
-    ICE_DRIFT,
     MOTOR_BALANCE,
-    REST_DRIFT,
-    SAME_ON_ICE,
-    SYMMETRY,
     TURNING_SLIP,
     UTILISATION,
 )
@@ -34,59 +29,8 @@ pytestmark = pytest.mark.slow
 ONE = SceneSpec(("robot",))
 
 
-class TestIce:
-    """Without friction nothing holds; MuJoCo's least coefficient is 1e-5."""
-
-    def run(self, rate_correction: bool, friction: float = 0.0) -> Run:
-        simulation = make_simulation(
-            replace(ONE, friction=friction, rate_correction=rate_correction), dt=0.01
-        )
-        inputs = weaving(middles(3.0, 0.01))[:, None]
-        return drive(
-            simulation, inputs, state(((0, 0, 0), (0.2, 1.0))), ("wheel_speed", "friction_utilisation")
-        )
-
-    def test_the_rate_correction_does_nothing(self) -> None:
-        """It is a bias inside the friction rows, not a force of its own."""
-        with_it, without = self.run(True), self.run(False)
-        np.testing.assert_allclose(with_it.g, without.g, rtol=0, atol=SAME_ON_ICE)
-        on_rubber = [self.run(rate_correction, friction=1.0).g[-1] for rate_correction in (True, False)]
-        assert np.abs(on_rubber[0] - on_rubber[1]).max() > 1000 * SAME_ON_ICE
-
-    def test_wheels_spin_and_the_robot_does_as_newton_says(self) -> None:
-        run = self.run(True)
-        simulation = make_simulation(replace(ONE, friction=0.0))
-        assert np.abs(run.telemetry["wheel_speed"]).max() > 0.9 * simulation.drive.motor.no_load_speed
-        assert np.isposinf(run.telemetry["friction_utilisation"][-1]).all()
-        # The CoM flies straight on; the chassis turns about it at its first yaw rate.
-        com = se2.act(run.g[:, 0], np.array(simulation.drive.com[:2]))
-        velocity = np.array([0.2, 1.0 * simulation.drive.com[0]])
-        np.testing.assert_allclose(com, com[0] + run.time[:, None] * velocity, rtol=0, atol=ICE_DRIFT)
-        np.testing.assert_allclose(
-            run.g[:, 0, 2], run.time, rtol=0, atol=ICE_DRIFT / simulation.drive.half_separation
-        )
-
-
 class TestTurningSlip:
     """MuJoCo leaves the rate of the contact frame out of its rows: a turning wheel slides at v omega / b."""
-
-    @pytest.mark.parametrize("solref", [None, (0.004, 1), (0.01, 1), (0.02, 1)], ids=str)
-    @pytest.mark.parametrize("twist", [(0.3, 2.0), (0.2, -1.5), (-0.2, 1.0)], ids=str)
-    def test_law(self, solref: tuple | None, twist: tuple) -> None:
-        scene = make_scene(replace(ONE, rate_correction=False))
-        tyres = scene.addresses.tyres.ravel()
-        if solref is not None:
-            scene.model.geom_solref[tyres] = solref
-        damping = contact_damping(scene.model, int(tyres[0]))
-        timeconst = 2 * ONE.timestep if solref is None else solref[0]
-        assert damping == pytest.approx(2 / (0.9999 * timeconst))
-        run = drive(
-            MujocoSimulation(scene, 0.01), np.zeros((30, 1, 2)), state(((0, 0, 0), twist)), ("lateral_slip",)
-        )
-        # Positions move by velocities half a step old: half a step of it is no slip of theirs.
-        rate = run.xi[-1, 0, 0] * run.xi[-1, 0, 2]
-        expected = -rate * (1 / damping - ONE.timestep / 2)
-        assert run.telemetry["lateral_slip"][-1, 0] == pytest.approx(expected, rel=TURNING_SLIP)
 
     def test_law_in_mujocos_own_reading(self) -> None:
         """The same by `mj_step` alone, velocity and heading taken as MuJoCo pairs them."""
@@ -235,25 +179,3 @@ class TestDivergence:
         simulation.reset(AT_REST)
         with pytest.raises(SimulationDiverged, match=r"command is not finite: robot 'robot' at t = 0\.000 s"):
             simulation.step(np.array([[np.nan, 0]]))
-
-
-class TestSymmetry:
-    def test_a_robot_at_rest_stays_at_rest(self) -> None:
-        run = drive(make_simulation(ONE, dt=0.01), np.zeros((1000, 1, 2)))
-        np.testing.assert_allclose(run.g, 0, rtol=0, atol=REST_DRIFT)
-
-    def test_the_mirror_image_of_a_run_is_a_run(self) -> None:
-        inputs = weaving(middles(3.0, 0.01))[:, None]
-        run = drive(make_simulation(ONE, dt=0.01), inputs, state(((0, 0, 0.3), (0.1, 0.5))))
-        image = drive(make_simulation(ONE, dt=0.01), inputs * (1, -1), state(((0, 0, -0.3), (0.1, -0.5))))
-        np.testing.assert_allclose(image.g * (1, -1, -1), run.g, rtol=0, atol=SYMMETRY)
-        np.testing.assert_allclose(image.xi * (1, -1, -1), run.xi, rtol=0, atol=SYMMETRY)
-
-    def test_the_floor_is_the_same_everywhere(self) -> None:
-        start = state(((0, 0, 0.3), (0.1, 0.5)), ((0.5, -0.2, 2.0), (0, 0)), ((-1, 0, -4), (0.2, -1)))
-        inputs = np.broadcast_to(weaving(middles(3.0, 0.01))[:, None], (300, 3, 2))
-        spec, moved = SceneSpec(("a", "b", "c")), np.array([3.0, -2.0, 1.9])
-        here = drive(make_simulation(spec, dt=0.01), inputs, start)
-        there = drive(make_simulation(spec, dt=0.01), inputs, start._replace(g=se2.compose(moved, start.g)))
-        np.testing.assert_allclose(there.g, se2.compose(moved, here.g), rtol=0, atol=SYMMETRY)
-        np.testing.assert_allclose(there.xi, here.xi, rtol=0, atol=SYMMETRY)

@@ -1,0 +1,112 @@
+"""Every robot keeps every budget of `nhtrack fidelity`, but those whose breaking docs/fidelity.md explains."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+from typer.testing import CliRunner
+
+from nhtrack import assets
+from nhtrack.cli import app
+from nhtrack.errors import SimulationDiverged
+from nhtrack.simulation.scene import Scene
+from nhtrack.study.fidelity import suite
+from nhtrack.study.fidelity.bench import Bench, Finding
+
+KNOWN = {"energy balance, wheels spinning"}  # the convex contact model makes a sliding wheel hop
+
+
+def broken(findings: list[Finding]) -> list[str]:
+    return [f"{each.robot}, {each.check}: {each.value:.3g} {each.unit}" for each in findings if not each.ok]
+
+
+@pytest.fixture(scope="module")
+def findings() -> list[Finding]:
+    return suite.run(suite.tasks())
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("robot", assets.robots())
+def test_every_budget_is_kept(findings: list[Finding], robot: str) -> None:
+    own = [finding for finding in findings if finding.robot == robot]
+    assert len({finding.check for finding in own}) == len(own) >= 30
+    assert not broken([finding for finding in own if finding.check not in KNOWN])
+
+
+@pytest.mark.slow
+def test_what_is_known_to_break_still_does(findings: list[Finding]) -> None:
+    """A budget that is kept again must leave the list."""
+    assert {finding.check for finding in findings if not finding.ok} == KNOWN
+
+
+def test_the_quick_checks_keep_their_budgets() -> None:
+    assert not broken(suite.run(suite.tasks(checks=suite.QUICK)))
+
+
+def test_json_has_a_row_for_every_finding() -> None:
+    result = CliRunner().invoke(app, ["fidelity", "--robot", "nh_mini", "--check", "reduced_model", "--json"])
+    assert result.exit_code == 0
+    rows = json.loads(result.stdout)
+    assert [row["check"] for row in rows] == ["mass matrix in (v, omega)", "wheel torques of any motion"]
+    for row in rows:
+        assert {"robot", "check", "value", "unit", "budget", "ok", "cause"} <= row.keys()
+        assert row["ok"]
+        assert 0 <= row["value"] <= row["budget"]
+
+
+def test_the_table_says_how_many_budgets_are_kept() -> None:
+    result = CliRunner().invoke(app, ["fidelity", "--robot", "burger", "--check", "load_shares"])
+    assert result.exit_code == 0
+    assert "wheel loads against statics" in result.stdout
+    assert "1 of 1 budgets kept" in result.stdout
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "message"),
+    [
+        (["--check", "opn_loop"], 2, "no check 'opn_loop'; did you mean 'open_loop'?"),
+        (["--robot", "nh_mni"], 1, "no robot 'nh_mni'; did you mean 'nh_mini'?"),
+    ],
+)
+def test_a_misspelt_name_is_told_before_anything_is_measured(arguments: list[str], code: int, message: str) -> None:
+    result = CliRunner().invoke(app, ["fidelity", *arguments])
+    assert result.exit_code == code
+    assert message in " ".join(result.output.replace("│", " ").split())
+
+
+def test_a_broken_budget_is_told_with_its_cause(monkeypatch: pytest.MonkeyPatch) -> None:
+    finding = Finding("nh_mini", "drift at rest", 1.0, "m/s", 1e-9, "somebody pushed it")
+    monkeypatch.setattr(suite, "run", lambda *_: [finding])
+    result = CliRunner().invoke(app, ["fidelity", "--check", "rest"])
+    assert result.exit_code == 1
+    assert "nh_mini, drift at rest: somebody pushed it" in result.stdout
+
+
+def test_a_robot_that_diverges_is_a_finding(monkeypatch: pytest.MonkeyPatch) -> None:
+    def diverge(bench: Bench) -> None:
+        raise SimulationDiverged("tipped over", "robot", 1.0)
+
+    monkeypatch.setitem(suite.CHECKS, "rest", diverge)
+    (finding,) = suite.measure(suite.Task("nh_mini", "rest"))
+    assert not finding.ok
+    assert "tipped over" in finding.cause
+    assert finding.row["value"] is None
+
+
+def test_a_figure_that_is_not_finite_keeps_no_budget() -> None:
+    assert not Finding("r", "c", float("nan"), "1", 1.0, "").ok
+    assert not Finding("r", "c", float("inf"), "1", 1.0, "", sense="at least").ok
+    assert Finding("r", "c", 2.0, "1", 1.0, "", sense="at least").ok
+    assert not Finding("r", "c", 2.0, "1", 1.0, "").ok
+
+
+def test_a_bench_changes_every_scene() -> None:
+    seen: list[Scene] = []
+
+    def note(scene: Scene) -> Scene:
+        seen.append(scene)
+        return scene
+
+    Bench("nh_mini", note).simulation(friction=0.3)
+    assert [scene.spec.friction for scene in seen] == [0.3]
