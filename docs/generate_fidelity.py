@@ -1,30 +1,31 @@
-"""Writes the tables of docs/fidelity.md anew, between their markers; takes a few minutes.
+"""Writes the tables and figures of docs/fidelity.md anew, between their markers; takes a few minutes.
 
-    python docs/generate_fidelity.py
-
-The open-loop runs are those of the tests (`tests/motions.py`), so that page and tests cannot disagree.
+Run as `python docs/generate_fidelity.py`. The figures are those of `nhtrack fidelity`.
 """
 
 from __future__ import annotations
 
 import re
-import sys
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
-from rich.progress import track
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from rich.progress import Progress, track
 
 from nhtrack import assets
-from nhtrack.metrics import heading_gap, position_gap
-from nhtrack.scenario.load import load
-from nhtrack.simulation.scene import SceneSpec
-from nhtrack.study.run import simulate, versions
+from nhtrack.plots.style import INK, panel_title, styled
+from nhtrack.simulation.mujoco import MujocoSimulation, contact_damping
+from nhtrack.study.fidelity import suite
+from nhtrack.study.fidelity.bench import Bench, Finding
+from nhtrack.study.fidelity.motion import drive_open_loop, open_loop_error, state_of, weave_within
+from nhtrack.study.fidelity.open_loop import SHARE, TIMESTEPS, errors, path_length
+from nhtrack.study.run import versions
 
 PAGE = Path(__file__).with_name("fidelity.md")
-TIMESTEPS = (0.004, 0.002, 0.001, 0.0005)
-
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))
-from motions import make_simulation, weaving_error  # noqa: E402
+FIGURES = Path(__file__).with_name("figures")
+COLOURS = dict(zip(assets.robots(), ("#D55E00", "#0072B2", "#009E73", "#8A8A8A"), strict=False))
 
 
 def table(header: list[str], rows: list[list[str]]) -> str:
@@ -32,53 +33,165 @@ def table(header: list[str], rows: list[list[str]]) -> str:
     return "\n".join(f"| {' | '.join(cells)} |" for cells in [header, ["---"] * len(header), *rows])
 
 
-def open_loop() -> str:
-    """Returns errors with and without rate correction over four time steps, and their order."""
-    runs = [(h, corrected) for corrected in (True, False) for h in TIMESTEPS]
-    errors = {}
-    for h, corrected in track(runs, "open loop"):
-        spec = SceneSpec(("robot",), timestep=h, rate_correction=corrected)
-        errors[h, corrected] = weaving_error(make_simulation(spec))
+def measured() -> list[Finding]:
+    """Returns the findings of the whole suite."""
+    with Progress() as bars:
+        task = bars.add_task("fidelity suite", total=None)
+        return suite.run(suite.tasks(), lambda done, total: bars.update(task, completed=done, total=total))
+
+
+def findings_table(findings: list[Finding], robots: tuple[str, ...]) -> str:
+    """Returns figures and budgets, a row for each check; a broken budget is in bold."""
     rows = []
-    for quantity, unit in (("position", "m"), ("heading", "rad")):
-        for corrected in (True, False):
-            values = [getattr(errors[h, corrected], quantity) for h in TIMESTEPS]
-            order = np.log(values[0] / values[-1]) / np.log(TIMESTEPS[0] / TIMESTEPS[-1])
-            name = f"{quantity} [{unit}], {'with' if corrected else 'without'} rate correction"
-            rows.append([name, *(f"{value:.1e}" for value in values), f"{order:.2f}"])
-    return table(["physics step", *(f"{1e3 * h:g} ms" for h in TIMESTEPS), "order"], rows)
+    for check in dict.fromkeys(finding.check for finding in findings):
+        own = {finding.robot: finding for finding in findings if finding.check == check}
+        if not set(robots) <= own.keys():
+            continue
+        first = own[robots[0]]
+        unit = "" if first.unit == "1" else f" [{first.unit}]"
+        bound = f"{'≤' if first.sense == 'at most' else '≥'} {first.budget:.2g}"
+        rows.append([check + unit, bound, *(_figure(own[robot]) for robot in robots), first.cause])
+    return table(["check", "budget", *robots, "what the figure is made of"], rows)
 
 
-def closed_loop() -> str:
-    """Returns gaps to the ideal twin and utilisation of the paper's examples."""
-    names = [name for name in assets.bundled_scenarios() if name.startswith("paper/")]
-    rows = []
-    for name in track(names, "closed loop"):
-        scenario = load(name)
-        if scenario.physics.robot_contact:
-            continue  # robots that may touch have no twin to be held against
-        contact = scenario.physics.contact.model_copy(update={"rate_correction": False})
-        physics = scenario.physics.model_copy(update={"contact": contact})
-        plain = scenario.model_copy(update={"physics": physics})
-        recording, uncorrected = (simulate(each).recording for each in (scenario, plain))
-        position, heading = position_gap(recording), np.abs(heading_gap(recording))
-        rows.append([
-            f"{name}",
-            f"{recording.time[-1]:.0f} s",
-            f"{1e6 * rms(position):.2f}",
-            f"{1e6 * position.max():.2f}",
-            f"{1e6 * heading.max():.1f}",
-            f"{np.nanmax(recording['friction_utilisation'].values):.3f}",
-            f"{1e6 * rms(position_gap(uncorrected)):.0f}",
-        ])  # fmt: skip
-    header = ["scenario", "duration", "gap RMS [um]", "gap max [um]", "heading max [urad]", "utilisation"]
-    header.append("gap RMS without rate correction [um]")
-    return table(header, rows)
+def _figure(finding: Finding) -> str:
+    return f"{finding.value:.1e}" if finding.ok else f"**{finding.value:.1e}**"
 
 
-def rms(gap: np.ndarray) -> float:
-    """Returns the root mean square over time, of the robot with the largest."""
-    return float(np.sqrt(np.mean(gap**2, axis=0)).max())
+# -- what the open-loop error is made of ------------------------------------------------------------
+
+
+def _no_half_steps(simulation: MujocoSimulation) -> None:
+    """Every command takes effect at the step at which it is given, not half a step before."""
+    step = simulation.step
+
+    def at_once(u: np.ndarray) -> object:
+        simulation._u = u[None]
+        return step(u)
+
+    simulation.step = at_once  # type: ignore[method-assign,assignment]
+
+
+def _no_creep(simulation: MujocoSimulation) -> None:
+    simulation._creep = 0.0
+
+
+def _small_angles(simulation: MujocoSimulation) -> None:
+    """The axle midpoint accelerates by (u_x, v omega), as in continuous time."""
+
+    def after(u: np.ndarray) -> np.ndarray:
+        h, v, omega = simulation._h, simulation._velocity.real, simulation._omega
+        ends = (v * omega + (v + h * u[..., 0]) * (omega + h * u[..., 1])) / 2
+        return v * np.exp(-0.5j * h * omega) + h * (u[..., 0] + 1j * ends)
+
+    simulation._velocity_after = after  # type: ignore[method-assign]
+
+
+LEFT_OUT: tuple[tuple[str, dict[str, object], Callable[[MujocoSimulation], None] | None], ...] = (
+    ("nothing", {}, None),
+    ("stiff contacts and rate correction", {"contact": "default", "rate_correction": False}, None),
+    ("rate correction", {"rate_correction": False}, None),
+    ("half steps: the command acts at once", {}, _no_half_steps),
+    ("directions: the acceleration of continuous time", {}, _small_angles),
+    ("anticipation of creep", {}, _no_creep),
+)
+
+
+def split_by_cause(robot: str) -> str:
+    """Returns the error of the drive of a robot with one measure after another left out."""
+    weave, rows = weave_within(Bench(robot).drive, SHARE), []
+    for name, fields, tamper in track(LEFT_OUT, "causes"):
+        bench = Bench(robot, tamper=tamper)
+        found = [open_loop_error(bench.simulation(timestep=h, **fields), weave) for h in (0.002, 0.001)]
+        order = np.log2(found[0].position / found[1].position)
+        rows.append([name, f"{found[1].position:.1e} m", f"{found[1].heading:.1e} rad", f"{order:.1f}"])
+    return table(["left out", "position after 10 s", "heading", "order in the step"], rows)
+
+
+# -- figures ----------------------------------------------------------------------------------------
+
+
+@styled
+def convergence() -> Figure:
+    """Returns the error after 10 s over the time step, for every robot, with and without rate correction."""
+    figure = Figure(figsize=(7.6, 3.7))
+    panels = figure.subplots(1, 2, sharex=True)
+    h = 1e3 * np.array(TIMESTEPS)
+    for robot in track(assets.robots(), "time steps"):
+        bench = Bench(robot)
+        weave = weave_within(bench.drive, SHARE)
+        for corrected, style in ((True, "o-"), (False, "s--")):
+            found = errors(bench, weave, corrected)
+            position = [error.position / path_length(weave) for error in found]
+            line = {"color": COLOURS[robot], "markersize": 4, "label": robot if corrected else None}
+            panels[0].loglog(h, position, style, **line)
+            panels[1].loglog(h, [error.heading for error in found], style, **line)
+    for panel, budget, label in ((panels[0], 5e-6, "position error / path"), (panels[1], 2e-5, "heading error [rad]")):
+        panel.set_xlabel("physics step [ms]")
+        panel.set_ylabel(label)
+        panel.set_xticks(h, [f"{value:g}" for value in h])
+        panel.minorticks_off()
+        panel.plot([1.0], [budget], "_", color=INK, markersize=16)
+        panel.annotate("budget", (1.0, budget), xytext=(0, 3), textcoords="offset points", ha="center", fontsize=8)
+    panel_title(panels[0], "a", "solid: with rate correction")
+    panel_title(panels[1], "b", "dashed: without")
+    figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=len(COLOURS))
+    return figure
+
+
+@styled
+def slips() -> Figure:
+    """Returns the turning slip over the contact's time constant, and a wheel's load while it slides."""
+    figure = Figure(figsize=(7.6, 3.0))
+    left, right = figure.subplots(1, 2)
+    _draw_turning_slip(left)
+    _draw_skid(right)
+    return figure
+
+
+def _draw_turning_slip(axes: Axes) -> None:
+    bench, times = Bench("nh_mini"), np.array([0.002, 0.004, 0.006, 0.01, 0.014, 0.02])
+    v, omega, found, law = 0.3, 2.0, [], []
+    for timeconst in track(times, "turning slip"):
+        scene = bench.scene(rate_correction=False)
+        tyres = scene.addresses.tyres.ravel()
+        scene.model.geom_solref[tyres] = timeconst, 1.0
+        start = state_of(((0, 0, 0), (v, omega)))
+        simulation = bench.simulation(dt=0.01, scene=scene)
+        run = drive_open_loop(simulation, np.zeros((30, 1, 2)), start, ("lateral_slip",))
+        rate = run.xi[-1, 0, 0] * run.xi[-1, 0, 2]
+        found.append(-1e3 * run.telemetry["lateral_slip"][-1, 0])
+        law.append(1e3 * rate * (1 / contact_damping(scene.model, int(tyres[0])) - 0.0005))
+    axes.plot(1e3 * times, law, color=INK, linewidth=0.9, label=r"$v\,\omega\,(1/b - h/2)$")
+    axes.plot(1e3 * times, found, "o", color="#D55E00", markersize=5, label="measured")
+    axes.set_xlabel("time constant of the contact [ms]")
+    axes.set_ylabel("sideways slip [mm/s]")
+    axes.legend(loc="upper left")
+    panel_title(axes, "a", "a wheel that turns, no rate correction")
+
+
+def _draw_skid(axes: Axes) -> None:
+    bench = Bench("nh_mini")
+    simulation = bench.simulation(friction=0.1)
+    inputs = np.broadcast_to([2.5, 0.0], (400, 1, 2))
+    run = drive_open_loop(simulation, inputs, telemetry=("wheel_load",))
+    load = run.telemetry["wheel_load"][:, 0, 0]
+    period = load.reshape(-1, 10).mean(axis=1)
+    drive, zero = bench.drive, np.zeros(())
+    a = float(np.diff(run.xi[[200, 400], 0, 0])[0] / 0.2)
+    axes.plot(1e3 * run.time[1:], load, color="#BBBBBB", linewidth=0.6, label="every physics step")
+    axes.step(1e3 * run.time[10::10], period, color="#0072B2", linewidth=1.0, label="mean of a control period")
+    statics = float(drive.wheel_loads(zero, zero, np.array(a), zero)[0])
+    axes.axhline(statics, color="#D55E00", label="statics")
+    axes.axhline(load[100:].mean(), color=INK, linestyle=(0, (4, 3)), linewidth=0.9, label="mean of the skid")
+    axes.set_ylim(0, 30)
+    axes.set_xlabel("time [ms]")
+    axes.set_ylabel("load of a wheel [N]")
+    axes.legend(loc="upper right", fontsize=7.5)
+    panel_title(axes, "b", "a wheel that spins, friction 0.1")
+
+
+# -- the page ---------------------------------------------------------------------------------------
 
 
 def fill(text: str, marker: str, content: str) -> str:
@@ -95,12 +208,17 @@ def fill(text: str, marker: str, content: str) -> str:
 
 
 def main() -> None:
-    """Writes the page."""
-    text = PAGE.read_text(encoding="utf-8")
+    """Writes the page and its figures."""
+    findings, robots = measured(), assets.robots()
     made_with = f"\n\nMuJoCo {versions()['mujoco']}."
-    text = fill(text, "open loop", open_loop() + made_with)
-    text = fill(text, "closed loop", closed_loop() + made_with)
+    text = PAGE.read_text(encoding="utf-8")
+    text = fill(text, "suite", findings_table(findings, robots) + made_with)
+    nh_mini = [finding for finding in findings if finding.check.startswith("paper/")]
+    text = fill(text, "closed loop", findings_table(nh_mini, ("nh_mini",)) + made_with)
+    text = fill(text, "causes", split_by_cause("nh_mini") + made_with)
     PAGE.write_text(text, encoding="utf-8")
+    for name, draw in (("convergence", convergence), ("slips", slips)):
+        draw().savefig(FIGURES / f"fidelity_{name}.png", dpi=130)
 
 
 if __name__ == "__main__":

@@ -22,7 +22,7 @@ def open_loop(bench: Bench) -> Iterator[Finding]:
     """Yields error and order of a drive at half the motors' limits for 10 s, see `weave_within`."""
     weave = weave_within(bench.drive, SHARE, duration=DURATION)
     corrected, plain = (errors(bench, weave, rate_correction) for rate_correction in (True, False))
-    at_1_ms, path = TIMESTEPS.index(0.001), _path(weave)
+    at_1_ms, path = TIMESTEPS.index(0.001), path_length(weave)
     leapfrog = "leapfrog: poses move by the velocity at the middle of a step, an error of h^2 times curvature and rate"
     slip = "no rate correction: wheels slide sideways at v omega h while they turn"
     yield bench.find("position after 10 s", corrected[at_1_ms].position / path, "1", _POSITION, leapfrog)
@@ -40,7 +40,7 @@ def planar_base(bench: Bench) -> Iterator[Finding]:
     weave = weave_within(bench.drive, SHARE, duration=DURATION)
     error = open_loop_error(bench.simulation(base="planar"), weave, DURATION)
     cause = "leapfrog, as with the free base"
-    yield bench.find("planar base: position after 10 s", error.position / _path(weave), "1", _POSITION, cause)
+    yield bench.find("planar base: position after 10 s", error.position / path_length(weave), "1", _POSITION, cause)
     yield bench.find("planar base: heading after 10 s", error.heading, "rad", _HEADING, cause)
 
 
@@ -52,7 +52,7 @@ def errors(bench: Bench, weave: Weave, rate_correction: bool) -> list[PoseError]
     ]
 
 
-def _path(weave: Weave) -> float:
+def path_length(weave: Weave) -> float:
     """Returns the length of a drive's path [m]."""
     v: Array = weave.rates(middles(DURATION, 0.001))[0]
     return float(np.abs(v).mean() * DURATION)
