@@ -42,7 +42,8 @@ def measured() -> list[Finding]:
 
 def findings_table(findings: list[Finding], robots: tuple[str, ...]) -> str:
     """Returns figures and budgets, a row for each check; a broken budget is in bold."""
-    rows = []
+    rows: list[list[str]] = []
+    cause = ""
     for check in dict.fromkeys(finding.check for finding in findings):
         own = {finding.robot: finding for finding in findings if finding.check == check}
         if not set(robots) <= own.keys():
@@ -50,12 +51,19 @@ def findings_table(findings: list[Finding], robots: tuple[str, ...]) -> str:
         first = own[robots[0]]
         unit = "" if first.unit == "1" else f" [{first.unit}]"
         bound = f"{'≤' if first.sense == 'at most' else '≥'} {first.budget:.2g}"
-        rows.append([check + unit, bound, *(_figure(own[robot]) for robot in robots), first.cause])
+        rows.append([check + unit, bound, *(_figure(own[robot]) for robot in robots), _unless(cause, first.cause)])
+        cause = first.cause
     return table(["check", "budget", *robots, "what the figure is made of"], rows)
 
 
 def _figure(finding: Finding) -> str:
-    return f"{finding.value:.1e}" if finding.ok else f"**{finding.value:.1e}**"
+    shown = f"{finding.value:.1e}" if finding.sense == "at most" and finding.value else f"{finding.value:.2f}"
+    return shown if finding.ok else f"**{shown}**"
+
+
+def _unless(before: str, cause: str) -> str:
+    """Returns a cause, or that it is the row's before."""
+    return "same" if cause == before else cause
 
 
 # -- what the open-loop error is made of ------------------------------------------------------------

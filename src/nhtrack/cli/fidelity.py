@@ -25,7 +25,7 @@ def fidelity(
     quick: Annotated[bool, typer.Option("--quick", help="Only what takes a few seconds.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print the findings as JSON.")] = False,
 ) -> None:
-    """Measure robots against mechanics and the ideal model; exit 1 where a budget is broken."""
+    """Measure robots against mechanics and the ideal model; exit 1 where a budget is broken and nothing explains it."""
     from nhtrack.errors import did_you_mean
     from nhtrack.simulation.scene import load_robot
     from nhtrack.study.fidelity.suite import CHECKS, QUICK, run, tasks
@@ -41,7 +41,7 @@ def fidelity(
         typer.echo(json.dumps([finding.row for finding in findings], indent=2, allow_nan=False))
     else:
         _print(findings, Console())
-    if not all(finding.ok for finding in findings):
+    if not all(finding.ok or finding.explained for finding in findings):
         raise typer.Exit(EXIT_ERROR)
 
 
@@ -53,11 +53,20 @@ def _print(findings: list[Finding], console: Console) -> None:
             table.add_column(heading, justify="right" if heading in ("measured", "budget") else "left")
         for finding in (each for each in findings if each.robot == robot):
             bound = f"{'<=' if finding.sense == 'at most' else '>='} {finding.budget:g}"
-            unit, verdict = finding.unit if finding.unit != "1" else "", "ok" if finding.ok else "broken"
-            style = None if finding.ok else "bold red"
+            unit = finding.unit if finding.unit != "1" else ""
+            verdict, style = _verdict(finding)
             table.add_row(finding.check, f"{finding.value:.2g}", bound, unit, verdict, style=style)
         console.print(table)
     broken = [finding for finding in findings if not finding.ok]
     for finding in broken:
         console.print(f"{finding.robot}, {finding.check}: {finding.cause}", markup=False, soft_wrap=True)
+    if any(finding.explained for finding in broken):
+        console.print("explained: see docs/fidelity.md", highlight=False)
     console.print(f"{len(findings) - len(broken)} of {len(findings)} budgets kept", highlight=False)
+
+
+def _verdict(finding: Finding) -> tuple[str, str | None]:
+    """Returns a word for a finding and the style of its row."""
+    if finding.ok:
+        return "ok", None
+    return ("explained", "yellow") if finding.explained else ("broken", "bold red")

@@ -67,6 +67,7 @@ class Finding:
         budget: what the figure has to keep to.
         cause: what the figure is made of.
         sense: whether it may be `at most` or must be `at least` the budget.
+        explained: whether docs/fidelity.md says why the budget is not kept.
     """
 
     robot: str
@@ -76,6 +77,7 @@ class Finding:
     budget: float
     cause: str
     sense: Literal["at most", "at least"] = "at most"
+    explained: bool = False
 
     @property
     def ok(self) -> bool:

@@ -36,7 +36,7 @@ def energy(bench: Bench) -> Iterator[Finding]:
     friction = 0.3 * launch[0, 0, 0] / 9.81
     outside = _imbalance(bench.simulation(friction=friction), launch)
     cause = "MuJoCo's convex friction makes a sliding wheel hop, and landings take energy"
-    yield bench.find("energy balance, wheels spinning", outside, "1", 1e-3, cause)
+    yield bench.find("energy balance, wheels spinning", outside, "1", 1e-3, cause, explained=True)
 
 
 def coasting(bench: Bench) -> Iterator[Finding]:
