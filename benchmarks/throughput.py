@@ -4,8 +4,9 @@
 
 `bare` is `mj_step`, called once a control period for all its physics steps, on robots that roll; `batch` is
 the same through `mujoco.batch.Batch` of one, step by step; `simulation` is `MujocoSimulation.step`, which
-compensates, corrects and logs every physics step; `with telemetry` reads the log each period too. Costs are
-relative to `bare`. Run it on an idle machine: what shares the processor shares the figures.
+compensates, corrects and logs every physics step; `with telemetry` reads the log each period too; `planar` is
+`bare` on a planar base. Costs are relative to `bare`. Run it on an idle machine: what shares the processor
+shares the figures.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ from __future__ import annotations
 import argparse
 import time
 from collections.abc import Callable
+from dataclasses import replace
 
 import mujoco
 import numpy as np
@@ -85,16 +87,18 @@ def main() -> None:
     parser.add_argument("--robots", type=int, nargs="+", default=[1, 4, 16, 64])
     given = parser.parse_args()
     print(f"MuJoCo {mujoco.__version__}, physics step 1 ms, control period 10 ms, one thread")
-    print("robots  bare [us/robot-step]  batch/bare  simulation/bare  with telemetry/bare  robot-seconds/s")
+    print("robots  bare [us/robot-step]  batch/bare  simulation/bare  telemetry/bare  planar/bare  robot-seconds/s")
     for n in given.robots:
-        scene, start = make_scene(SceneSpec(tuple(f"r{i}" for i in range(n)))), rolling(n)
+        spec, start = SceneSpec(tuple(f"r{i}" for i in range(n))), rolling(n)
+        scene = make_scene(spec)
         steps = round(PERIOD / scene.spec.timestep)
         plain = cost(bare(scene, start, steps), given.seconds)
         batched = cost(bare_batch(scene, start, steps), given.seconds)
+        planar = cost(bare(make_scene(replace(spec, base="planar")), start, steps), given.seconds)
         alone, observed = (cost(simulated(scene, start, each), given.seconds) for each in (False, True))
         print(
             f"{n:6d}  {1e6 * plain / steps / n:20.2f}  {batched / plain:10.2f}  {alone / plain:15.2f}  "
-            f"{observed / plain:19.2f}  {n * PERIOD / observed:15.0f}"
+            f"{observed / plain:14.2f}  {planar / plain:11.2f}  {n * PERIOD / observed:15.0f}"
         )
 
 
