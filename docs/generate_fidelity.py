@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -16,7 +17,8 @@ from rich.progress import Progress, track
 
 from nhtrack import assets
 from nhtrack.plots.style import INK, panel_title, styled
-from nhtrack.simulation.mujoco import MujocoSimulation, contact_damping
+from nhtrack.simulation.contact import FrictionRow
+from nhtrack.simulation.mujoco import MujocoSimulation
 from nhtrack.study.fidelity import suite
 from nhtrack.study.fidelity.bench import Bench, Finding
 from nhtrack.study.fidelity.motion import drive_open_loop, open_loop_error, state_of, weave_within
@@ -81,7 +83,7 @@ def _no_half_steps(simulation: MujocoSimulation) -> None:
 
 
 def _no_creep(simulation: MujocoSimulation) -> None:
-    simulation._creep = 0.0
+    simulation._row = replace(simulation._row, regularisation=0.0)
 
 
 def _small_angles(simulation: MujocoSimulation) -> None:
@@ -169,7 +171,7 @@ def _draw_turning_slip(axes: Axes) -> None:
         run = drive_open_loop(simulation, np.zeros((30, 1, 2)), start, ("lateral_slip",))
         rate = run.xi[-1, 0, 0] * run.xi[-1, 0, 2]
         found.append(-1e3 * run.telemetry["lateral_slip"][-1, 0])
-        law.append(1e3 * rate * (1 / contact_damping(scene.model, int(tyres[0])) - 0.0005))
+        law.append(1e3 * rate * (1 / FrictionRow.of(scene.model, int(tyres[0])).damping - 0.0005))
     axes.plot(1e3 * times, law, color=INK, linewidth=0.9, label=r"$v\,\omega\,(1/b - h/2)$")
     axes.plot(1e3 * times, found, "o", color="#D55E00", markersize=5, label="measured")
     axes.set_xlabel("time constant of the contact [ms]")

@@ -13,7 +13,7 @@ from scipy.optimize import brentq
 from motions import AT_REST, Run, drive, make_simulation, middles, state, weaving
 from nhtrack.diffdrive import DiffDrive
 from nhtrack.errors import SimulationDiverged
-from nhtrack.simulation.mujoco import contact_damping
+from nhtrack.simulation.contact import FrictionRow
 from nhtrack.simulation.scene import SceneSpec, make_scene
 from nhtrack.simulation.state import State
 from tolerances import (
@@ -51,7 +51,7 @@ class TestTurningSlip:
             np.cos(theta) * v_y - np.sin(theta) * v_x,
             np.cos(theta) * v_x + np.sin(theta) * v_y,
         )
-        expected = -forward * omega / contact_damping(model, int(at.tyres[0, 0]))
+        expected = -forward * omega / FrictionRow.of(model, int(at.tyres[0, 0])).damping
         assert lateral == pytest.approx(expected, rel=TURNING_SLIP)
 
 

@@ -56,8 +56,8 @@ def cylinders(scene: Scene) -> Scene:
 
 def correction_times(factor: float) -> Callable[[MujocoSimulation], None]:
     def tamper(simulation: MujocoSimulation) -> None:
-        sound = simulation._surface_velocity
-        simulation._surface_velocity = lambda *motion: factor * sound(*motion)  # type: ignore[method-assign]
+        sound = simulation._rate_correction
+        simulation._rate_correction = lambda *motion: factor * sound(*motion)  # type: ignore[method-assign]
 
     return tamper
 

@@ -24,6 +24,7 @@ from nhtrack.arrays import Array
 from nhtrack.diffdrive.reduced_model import utilisation
 from nhtrack.errors import SimulationDiverged
 from nhtrack.ground import Ground
+from nhtrack.simulation.contact import FrictionRow
 from nhtrack.simulation.ideal import (
     predicted_utilisation,
     propagate,
@@ -64,8 +65,7 @@ class MujocoSimulation:
         self._engine = mujoco_batch.Batch(scene.model, batch[0] if batch else 1, threads)
         self._warnings, self._sensors = self._engine.warning, self._engine.bind("sensordata")
         self._surface = self._engine.expand("geom_surfacevel") if scene.spec.rate_correction else None
-        self._given_up = self._h * contact_damping(scene.model, int(scene.addresses.tyres[0, 0]))
-        self._creep = self._h * friction_regularisation(scene.model, int(scene.addresses.tyres[0, 0]))
+        self._row = FrictionRow.of(scene.model, int(scene.addresses.tyres[0, 0]))
         self._friction = None if self.ground.is_uniform else self._engine.expand("geom_friction")
         self._known_ground = self.ground if scene.spec.compensation == "actual" else Ground()
         motor = self.drive.motor
@@ -189,13 +189,16 @@ class MujocoSimulation:
         torque = self.drive.motor.saturate(demand, self._qvel[:, at.wheel_qvel], self._lag * self._sliding())
         self._ctrl[:, at.motors] = torque
         if self._surface is not None:
-            lateral = self._velocity_after(u + self.drive.gained(torque - demand)).imag
-            side_force = self._terms @ self.drive.ground_map[:, 1] / 2
-            self._surface[:, at.tyres, 1] = self._surface_velocity(before.imag, lateral, side_force)[..., None]
+            self._surface[:, at.tyres, 1] = self._rate_correction(before, u + self.drive.gained(torque - demand))
         self._lay_ground(k)
         self._engine.step()
         self._demand_log[k], self._torque_log[k], self._sensor_log[k] = demand, torque, self._sensors
         self._read_velocity()
+
+    def _rate_correction(self, before: Array, u: Array) -> Array:
+        """Returns the tyres' surface velocity along the axle with which wheels roll through a step, shape (b, p, 1)."""
+        after, side_force = self._velocity_after(u), self._terms @ self.drive.ground_map[:, 1]
+        return self._row.surface_velocity(before.imag, after.imag, side_force / 2)[..., None]
 
     def _velocity_after(self, u: Array) -> Array:
         """Returns the velocity after a step at the accelerations u, in the heading of t_k, shape (b, p), complex."""
@@ -215,17 +218,6 @@ class MujocoSimulation:
         force = self._sensors[:, self.scene.addresses.forces]
         friction, load = np.hypot(force[..., 0], force[..., 1]), -force[..., 2]
         return np.asarray(friction >= _SLIDING * self._friction_now * load)
-
-    def _surface_velocity(self, before: Array, after: Array, side_force: Array) -> Array:
-        """Returns the rate correction: the surface velocity [m/s] that ends a step at the lateral velocity `after`.
-
-        A contact row that bears the side force f turns a lateral velocity `before`, both in the heading of t_k, into
-
-            after = (1 - h b) before - h b surface - h R f
-
-        with b the damping and R the regularisation of the row.
-        """
-        return ((1 - self._given_up) * before - after - self._creep * side_force) / self._given_up
 
     def _read_velocity(self) -> None:
         """Resolves the velocities in the headings of their own time, half a step before the positions'."""
@@ -309,26 +301,6 @@ class MujocoSimulation:
 
     def _state(self) -> State:
         return State(self.time, self._unbatched(self._g).copy(), self._unbatched(self._xi).copy())
-
-
-def contact_damping(model: mujoco.MjModel, tyre: int) -> float:
-    """Returns b = 2/(d timeconst) [1/s], the rate at which a contact of this geom gives up sliding velocity.
-
-    From the geom's solref (timeconst) and the impedance d of its solimp; MuJoCo leaves the rate of the contact frame
-    out of its rows, so a turning wheel without correction slides sideways at v omega / b.
-    """
-    timeconst = max(float(model.geom_solref[tyre, 0]), 2 * float(model.opt.timestep))
-    return 2 / (float(model.geom_solimp[tyre, 1]) * timeconst)
-
-
-def friction_regularisation(model: mujoco.MjModel, tyre: int) -> float:
-    """Returns R = (1 - d)/d A/impratio [1/kg] of a tyre's friction rows, which creep at h R f under a force f.
-
-    d is the impedance of the geom's solimp, A the inverse inertia that MuJoCo takes for its body and the floor.
-    """
-    impedance = float(model.geom_solimp[tyre, 1])
-    inverse = float(model.body_invweight0[model.geom_bodyid[tyre], 0])
-    return (1 - impedance) / impedance * inverse / float(model.opt.impratio)
 
 
 def _largest(log: Array) -> Array:

@@ -10,7 +10,7 @@ import numpy as np
 
 from nhtrack import se2
 from nhtrack.ground import GRAVITY
-from nhtrack.simulation.mujoco import contact_damping, friction_regularisation
+from nhtrack.simulation.contact import FrictionRow
 from nhtrack.study.fidelity.bench import Bench, Finding
 from nhtrack.study.fidelity.motion import AT_REST, drive_open_loop, middles, state_of, weave_within
 
@@ -37,7 +37,7 @@ def turning_slip(bench: Bench) -> Iterator[Finding]:
             simulation, np.zeros((30, 1, 2)), state_of(((0, 0, 0), (v, omega))), ("lateral_slip",)
         )
         rate = run.xi[-1, 0, 0] * run.xi[-1, 0, 2]
-        expected = -rate * (1 / contact_damping(scene.model, int(tyres[0])) - scene.spec.timestep / 2)
+        expected = -rate * (1 / FrictionRow.of(scene.model, int(tyres[0])).damping - scene.spec.timestep / 2)
         worst = max(worst, abs(run.telemetry["lateral_slip"][-1, 0] / expected - 1))
     cause = "MuJoCo's contact rows leave out Jdot qvel; the law is its equation of the steady state"
     yield bench.find("turning slip against v omega / b, three solrefs", worst, "1", 0.02, cause)
@@ -54,12 +54,11 @@ def creep(bench: Bench) -> Iterator[Finding]:
     for impratio in _IMPRATIOS:
         scene = bench.scene(**across, rate_correction=False)
         scene.model.opt.impratio = impratio
-        tyre = int(scene.addresses.tyres[0, 0])
+        row = FrictionRow.of(scene.model, int(scene.addresses.tyres[0, 0]))
         side_force = drive.mass * GRAVITY * math.sin(slope) / 2
-        rate = friction_regularisation(scene.model, tyre) / contact_damping(scene.model, tyre)
         run = drive_open_loop(bench.simulation(dt=0.01, scene=scene), np.zeros((100, 1, 2)))
         speed = (run.g[-1, 0, 1] - run.g[50, 0, 1]) / (run.time[-1] - run.time[50])
-        worst = max(worst, abs(-speed / (rate * side_force) - 1))
+        worst = max(worst, abs(-speed * row.damping / (row.regularisation * side_force) - 1))
     cause = "regularised friction; the inverse inertia that MuJoCo takes for R is that of the reference configuration"
     yield bench.find("creep across a slope against R f / b, impratio 1 to 100", worst, "1", 0.05, cause)
     simulation = bench.simulation(dt=0.01, **across)
