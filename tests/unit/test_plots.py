@@ -11,11 +11,13 @@ import numpy as np
 import pytest
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
-from matplotlib.patches import Polygon, Rectangle
+from matplotlib.patches import Circle, Polygon, Rectangle
 
 from nhtrack import plots
+from nhtrack.ground import Patch
 from nhtrack.plots.marks import covered
 from nhtrack.simulation.palette import FOLLOWERS, ROOT, robot_colour
+from nhtrack.simulation.scene import SceneSpec
 from recordings import HALF_SEPARATION, TORQUE_LIMIT, WHEEL_RADIUS, synthetic_recording
 
 # [pt] A figure is laid out anew when it is drawn, after room was made for names: panels grow, so that room does too.
@@ -298,6 +300,22 @@ def test_names_and_bars_stand_above_the_curves(place):
 def test_covered_time_counts_once():
     assert covered([]) == []
     assert covered([(3.0, 4.0), (0.0, 1.0), (0.5, 2.0), (2.0, 2.5), (3.2, 3.5)]) == [(0.0, 2.5), (3.0, 4.0)]
+
+
+def test_patches_and_slope_are_drawn_in_the_scenarios_units():
+    recording = synthetic_recording(1, samples=201)
+    x, y = recording["pose"].values[-1, 1, :2]
+    patches = (Patch(0.05, disc=(x, y, 0.5)), Patch(1.5, rectangle=(90.0, 91.0, 90.0, 91.0)))
+    scene = SceneSpec(recording.robots, friction=0.8, patches=patches, slope=0.1, uphill=np.pi / 2)
+    recording.dataset.attrs["scene"] = scene.to_json()
+    axes = plots.trajectories(recording, (1.0,)).axes[0]
+    (disc,) = (each for each in axes.get_children() if isinstance(each, Circle))
+    assert disc.center == pytest.approx((x / 0.004, y / 0.004))
+    assert disc.radius == pytest.approx(0.5 / 0.004)
+    said = [text.get_text() for text in axes.texts]
+    assert "friction\n0.05" in said
+    assert "friction\n1.5" not in said  # out of the picture
+    assert "uphill, 5.73°" in said
 
 
 def test_style_ends_with_the_figure():

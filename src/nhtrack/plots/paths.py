@@ -12,6 +12,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Polygon
 
 from nhtrack import se2
+from nhtrack.plots.ground import draw_ground, ground_of
 from nhtrack.plots.style import CROWD, INK, panel_title, run_title, styled
 from nhtrack.recording import Recording
 from nhtrack.simulation.palette import ROOT, robot_colour
@@ -39,13 +40,14 @@ def trajectories(recording: Recording, fractions: Sequence[float] = (0.15, 0.25,
     rows = -(-len(fractions) // columns)
     pose = recording["pose"].values.copy()
     pose[..., :2] /= recording.length_scale
-    twin, shape = _twin(recording), _shape(pose)
+    twin, shape, ground = _twin(recording), _shape(pose), ground_of(recording)
     figure = Figure(figsize=(4.1 * columns, (3.5 * shape + 0.5) * rows + 0.8))
     panels = figure.subplots(rows, columns, squeeze=False)
     for k, (axes, fraction) in enumerate(zip(panels.flat, fractions, strict=False)):
         last = int(np.searchsorted(recording.time, fraction * recording.time[-1] + 1e-9, side="right"))
         shown = slice(0, max(last, 1))
         frame_panel(axes, pose[shown], shape)
+        draw_ground(axes, ground, recording.length_scale)
         _draw_paths(axes, pose[shown], None if twin is None else twin[shown])
         draw_glyphs(axes, pose[shown])
         reached = recording.time[shown][-1] / recording.time_scale

@@ -10,7 +10,7 @@ import numpy as np
 from nhtrack import assets
 from nhtrack.diffdrive.identification import Parts
 from nhtrack.ground import Patch
-from nhtrack.simulation.palette import robot_colour
+from nhtrack.simulation.palette import GRIP, ICE, robot_colour
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -24,7 +24,6 @@ _STIFF_SOLIMP = (0.9999, 0.9999, 0.001)
 _DENSE_ROBOTS = 4
 _UNLIKE_FLOOR = 0.3  # change of friction at which a patch is drawn in full colour
 _PATCH_HEIGHT = 3e-4  # [m] drawn above the floor, below trails; patches that overlap are stacked
-_ICE, _GRIP = (0.62, 0.82, 0.95), (0.45, 0.38, 0.33)  # colours of patches with less and with more friction
 
 
 def compose(spec: SceneSpec, robot_file: Path, drive: DiffDrive, parts: Parts) -> Any:
@@ -141,7 +140,7 @@ def _add_payload(chassis: Any, payload: Payload, wheel_radius: float) -> None:
 def _draw_patch(arena: Any, name: str, patch: Patch, floor: float, height: float) -> None:
     """Draws a patch flat on the floor, bluish where it is slippier than the floor and brown where it grips more."""
     unlike = min(1.0, abs(patch.friction - floor) / _UNLIKE_FLOOR)
-    rgba = (*(_ICE if patch.friction < floor else _GRIP), 0.25 + 0.5 * unlike)
+    rgba = (*_rgb(ICE if patch.friction < floor else GRIP), 0.25 + 0.5 * unlike)
     look = {"name": name, "rgba": rgba, "contype": 0, "conaffinity": 0, "group": 2}
     if patch.disc is not None:
         x, y, radius = patch.disc

@@ -12,3 +12,6 @@ FOLLOWERS = ("#0072B2", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#7F7F7F", "
 def robot_colour(index: int) -> str:
     """Returns the colour `#RRGGBB` of a robot by its place in the recording; the root's is its own alone."""
     return ROOT if index == 0 else FOLLOWERS[(index - 1) % len(FOLLOWERS)]
+
+# Patches of the floor with less and with more friction than the rest.
+ICE, GRIP = "#9ED1F2", "#736154"
