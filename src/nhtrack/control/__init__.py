@@ -1,8 +1,10 @@
 """Tracking laws: pure functions of follower, leader and memory."""
 
 from nhtrack.control.law import Law, Leader, Memory, Robots
+from nhtrack.control.limits import Limits
 from nhtrack.control.log_feedback import log_feedback
 from nhtrack.control.published import Published
 from nhtrack.control.stabiliser import Stabiliser
+from nhtrack.control.universal import Universal
 
-__all__ = ["Law", "Leader", "Memory", "Published", "Robots", "Stabiliser", "log_feedback"]
+__all__ = ["Law", "Leader", "Limits", "Memory", "Published", "Robots", "Stabiliser", "Universal", "log_feedback"]
