@@ -238,11 +238,9 @@ class TestGround:
 
     def test_slippery_ones_are_blue_and_the_more_so_the_slippier(self) -> None:
         patches = tuple(Patch(friction, disc=(0.0, 0.0, 1.0)) for friction in (0.05, 0.95, 1.6))
-        ice, almost, grip = (make_scene(replace(ONE, patches=patches)).model.geom(f"patch_{i}").rgba for i in range(3))
-        assert ice[2] > ice[0]
-        assert grip[0] > grip[2]
-        np.testing.assert_array_equal(ice[:3], almost[:3])
-        assert 0.25 < almost[3] < ice[3] == pytest.approx(0.75)
+        model = make_scene(replace(ONE, patches=patches)).model
+        ice, almost, grip = (model.material(f"patch_{i}").rgba for i in range(3))
+        assert ice[2] - ice[0] > almost[2] - almost[0] > 0 > grip[2] - grip[0]
 
     def test_a_robot_stands_on_the_floor_inside_a_patch(self) -> None:
         scene = make_scene(replace(ONE, patches=(Patch(0.05, disc=(0.0, 0.0, 1.0)),)))

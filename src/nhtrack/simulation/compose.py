@@ -23,6 +23,7 @@ _STIFF_SOLIMP = (0.9999, 0.9999, 0.001)
 # A dense Jacobian is quicker for a handful of robots and ruinous for dozens (docs/fidelity.md).
 _DENSE_ROBOTS = 4
 _UNLIKE_FLOOR = 0.3  # change of friction at which a patch is drawn in full colour
+_FLOOR = (0.65, 0.67, 0.70)  # colour of the floor, which fainter patches come nearer to
 _PATCH_HEIGHT = 3e-4  # [m] drawn above the floor, below trails; patches that overlap are stacked
 
 
@@ -139,9 +140,10 @@ def _add_payload(chassis: Any, payload: Payload, wheel_radius: float) -> None:
 
 def _draw_patch(arena: Any, name: str, patch: Patch, floor: float, height: float) -> None:
     """Draws a patch flat on the floor, bluish where it is slippier than the floor and brown where it grips more."""
-    unlike = min(1.0, abs(patch.friction - floor) / _UNLIKE_FLOOR)
-    rgba = (*_rgb(ICE if patch.friction < floor else GRIP), 0.25 + 0.5 * unlike)
-    look = {"name": name, "rgba": rgba, "contype": 0, "conaffinity": 0, "group": 2}
+    unlike = 0.3 + 0.7 * min(1.0, abs(patch.friction - floor) / _UNLIKE_FLOOR)
+    mixed = unlike * np.array(_rgb(ICE if patch.friction < floor else GRIP)) + (1 - unlike) * np.array(_FLOOR)
+    matt = arena.asset.add("material", name=name, rgba=(*mixed, 1), specular=0, shininess=0)
+    look = {"name": name, "material": matt, "contype": 0, "conaffinity": 0, "group": 2}
     if patch.disc is not None:
         x, y, radius = patch.disc
         arena.worldbody.add("geom", type="cylinder", size=(radius, height / 2), pos=(x, y, height / 2), **look)

@@ -49,7 +49,7 @@ class Stage:
         self._scene, self._timeline, self._path, self._size = scene, timeline, camera, size
         model = scene.model
         self._looks, self._scale = _looks(scene), robot_scale(scene)
-        _set_quality(model, len(scene.spec.robots), size, camera.distance)
+        _set_quality(scene, size, camera.distance)
         self._opaque = (model.mat_rgba[:, 3].copy(), model.geom_rgba[:, 3].copy())
         self._data = mujoco.MjData(model)
         trail = sum(each.time.size + 4 for each in timeline.trails)
@@ -201,16 +201,19 @@ def _rgba(place: int, alpha: float) -> np.ndarray:
     return np.array([*(int(colour[i : i + 2], 16) / 255 for i in (1, 3, 5)), alpha], np.float32)
 
 
-def _set_quality(model: mujoco.MjModel, robots: int, size: tuple[int, int], distance: np.ndarray) -> None:
+def _set_quality(scene: Scene, size: tuple[int, int], distance: np.ndarray) -> None:
     """Sets what a software renderer can draw at film speed, and clipping planes that hold the whole scene.
 
     Beyond the share of the far plane at which haze begins the floor is drawn over what lies flat on it: robots, however
     far from the camera, have to be nearer. The near plane keeps the digits of depth.
     """
+    model, robots = scene.model, len(scene.spec.robots)
     quality, picture, planes = model.vis.quality, model.vis.global_, model.vis.map
     quality.offsamples = 4
     quality.shadowsize = 1024
     quality.numslices, quality.numstacks, quality.numquads = (20, 3, 1) if robots <= 20 else (12, 3, 1)
+    if any(patch.disc is not None for patch in scene.spec.patches):
+        quality.numslices = 48  # a disc on the floor is many times larger than a wheel, and its corners show
     picture.offwidth, picture.offheight = max(picture.offwidth, size[0]), max(picture.offheight, size[1])
     planes.znear = max(planes.znear, 0.1 * float(distance.min()) / model.stat.extent)
     planes.zfar = max(planes.zfar, 6 * float(distance.max()) / model.stat.extent)
