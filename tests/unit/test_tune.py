@@ -197,10 +197,15 @@ def test_a_time_left_open_is_found_for_the_gains_that_are_there() -> None:
 
 @pytest.mark.parametrize("name", RANGES)
 def test_every_range_is_a_gain_of_its_law(name: str) -> None:
-    law = case("law=" + {"published": "{name: published, kp: 4, kd: 6, ke: 1, k: 5}"}.get(
-        name, f"{{name: {name}, kp: 4, kd: 6, k: 5}}"
-    )).law  # fmt: skip
-    assert set(RANGES[name]) == {"kp", "kd", "ke", "k"} & set(type(law).model_fields)
+    gains = {"published": ", kp: 4, kd: 6, ke: 1, k: 5", "stabiliser": ", kp: 4, kd: 6, k: 5", "universal": ""}[name]
+    law = case(f"law={{name: {name}{gains}}}").law
+    assert set(RANGES[name]) == {"kp", "kd", "ke", "k", "k1", "k2", "k3", "c"} & set(type(law).model_fields)
+
+
+def test_universal_is_tuned_too() -> None:
+    found = tune(case("law={name: universal, k1: 40, k2: 13, k3: 6, c: 1}"), budget=24)
+    assert set(found.gains) == {"k1", "k2", "k3", "c"}
+    assert found.cost <= found.cost_before
 
 
 def test_a_stabiliser_is_tuned_too() -> None:

@@ -6,14 +6,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nhtrack.control import Law, Published, Stabiliser
+from nhtrack.control import Law, Limits, Published, Stabiliser, Universal
 from nhtrack.ground import Patch
 from nhtrack.network import Network
 from nhtrack.reference import Reference, Signal, make_segments, make_signal
 from nhtrack.rollout import Progress, Rollout, Tracking, rollout
 from nhtrack.scenario import schema
+from nhtrack.scenario.limits import motion_limits
 from nhtrack.similarity import Similarity
-from nhtrack.simulation.scene import Payload, SceneSpec
+from nhtrack.simulation.scene import Payload, SceneSpec, reduced_models
 from nhtrack.simulation.state import Simulation, State
 
 
@@ -57,6 +58,7 @@ def build(scenario: schema.Scenario) -> Experiment:
     Raises:
         ReferenceInputError: the leader's input has no finite value at some time.
         TypeError: `similarity.time` is still `auto`.
+        FeasibilityError: the law is to keep limits, and ground or motors leave none.
     """
     similarity = Similarity(scenario.similarity.length, scenario.similarity.time_scale)
     network = Network.from_parents(scenario.parents, scenario.weights)
@@ -65,7 +67,7 @@ def build(scenario: schema.Scenario) -> Experiment:
     return Experiment(
         network=network,
         tracking=_tracking(scenario, network, similarity),
-        law=make_law(scenario.law, similarity),
+        law=make_law(scenario.law, similarity, make_limits(scenario)),
         start=_start(scenario, network, similarity),
         inputs=similarity.inputs_to_robot(make_reference(scenario.leader.input).sample(middles)),
         dt=dt,
@@ -109,8 +111,21 @@ def make_payload(payload: schema.Payload | None) -> Payload | None:
     return None if payload is None else Payload(payload.mass, (*payload.offset, payload.height), payload.size)
 
 
-def make_law(law: schema.Law, similarity: Similarity) -> Law:
-    """Returns the law of a scenario with its gains in robot units; dead zones are in robot units already."""
+def make_limits(scenario: schema.Scenario) -> Limits | None:
+    """Returns the limits that a scenario's law keeps, in robot units, or None; needs no time scale.
+
+    Raises:
+        FeasibilityError: ground or motors leave none.
+    """
+    wanted = scenario.law.limits if isinstance(scenario.law, schema.UniversalLaw) else None
+    if wanted is None:
+        return None
+    spec = make_scene_spec(scenario)
+    return motion_limits(reduced_models(spec)[1], spec.ground, wanted.utilisation, wanted.speed)
+
+
+def make_law(law: schema.Law, similarity: Similarity, limits: Limits | None = None) -> Law:
+    """Returns the law of a scenario with its gains in robot units; limits and dead zones are in robot units already."""
     match law:
         case schema.PublishedLaw():
             gains = similarity.scale_gains(law.kp, law.kd, law.ke, law.k)
@@ -124,6 +139,20 @@ def make_law(law: schema.Law, similarity: Similarity) -> Law:
         case schema.StabiliserLaw():
             gains = similarity.scale_gains(law.kp, law.kd, 0.0, law.k)
             return Stabiliser(gains.kp, gains.kd, gains.k, law.hysteresis, law.dead_zone.length)
+        case schema.UniversalLaw():
+            length, time = similarity.length, similarity.time
+            return Universal(
+                k1=law.k1 / time**2,
+                k2=law.k2 / time,
+                k3=law.k3 / time,
+                c=law.c / time,
+                m=law.m,
+                field_speed=law.field_speed * length / time,
+                turn_rate=law.turn_rate / time,
+                dock_radius=law.dock_radius * length,
+                dock_speed=law.dock_speed * length / time,
+                limits=limits,
+            )
 
 
 def make_reference(given: schema.Input) -> Reference:

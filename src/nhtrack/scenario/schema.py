@@ -437,7 +437,66 @@ class StabiliserLaw(_TrackingLaw):
     name: Literal["stabiliser"] = Field(description="which law: Lemma 1")
 
 
-Law: TypeAlias = Annotated[PublishedLaw | StabiliserLaw, Field(discriminator="name")]
+class PlaceDeadZone(Section):
+    """Below this speed the direction of a place in a formation is noise; always in robot units."""
+
+    speed: float = Field(default=1e-3, ge=0, description="smallest speed of a place that has a direction [m/s]")
+
+
+class MotionLimits(Section):
+    """What a law may ask of a robot; robot units, since robots do not scale.
+
+    The limits on velocities and accelerations follow from the robot's reduced model and the ground.
+    """
+
+    utilisation: float = Field(
+        default=0.5, gt=0, le=1, description="share of the friction limit that wheels may use, as predicted [1]"
+    )
+    speed: float | None = Field(
+        default=None, gt=0, description="largest speed [m/s]; null takes half of what the motors reach without load"
+    )
+
+
+class UniversalLaw(Section):
+    """A hybrid law that converges to any leader: at rest, in motion, stopping, reversing, spinning.
+
+    The defaults suit leaders of about 1 m/s and starts up to 20 m away.
+    """
+
+    name: Literal["universal"] = Field(description="which law: velocity of the leader plus a field around it")
+    k1: float = Field(
+        default=16.0, gt=0, description="heading gain [1/scenario time^2]; advised k1 >= 36 c^2"
+    )
+    k2: float = Field(default=8.0, gt=0, description="yaw-rate gain [1/scenario time]; advised k2 >= 2 sqrt(k1)")
+    k3: float = Field(default=6.0, gt=0, description="speed gain [1/scenario time]")
+    c: float = Field(
+        default=0.5, gt=0, description="field gain: rate at which distance shrinks near the leader [1/scenario time]"
+    )
+    m: float = Field(
+        default=1.5, gt=1, lt=2, description="how often the field turns faster than the polar angle of the place [1]"
+    )
+    field_speed: float = Field(
+        default=2.0, gt=0, description="largest speed that the field adds [scenario length/time]"
+    )
+    turn_rate: float = Field(
+        default=4.0, gt=0, description="largest rate of the wanted heading that is fed forward [rad/scenario time]"
+    )
+    dock_radius: float = Field(
+        default=0.005,
+        gt=0,
+        description="distance within which a follower stands and only aligns while its leader is slower than "
+        "`dock_speed`: the accuracy at a leader at rest, and several times the noise of poses [scenario length]",
+    )
+    dock_speed: float = Field(
+        default=0.02, gt=0, description="leader speed below which followers dock [scenario length/time]"
+    )
+    limits: MotionLimits | None = Field(
+        default=None, description="keeps wheels and motors within their limits; null asks for whatever the gains do"
+    )
+    dead_zone: PlaceDeadZone = Field(default=PlaceDeadZone(), description="speed below which a direction is noise")
+
+
+Law: TypeAlias = Annotated[PublishedLaw | StabiliserLaw | UniversalLaw, Field(discriminator="name")]
 
 
 class Video(Section):

@@ -57,6 +57,8 @@ _STIFFNESS, _DAMPING = Range(9.0, 4e4, 2), Range(6.0, 1000.0, 1)
 RANGES: Mapping[str, Mapping[str, Range]] = {
     "published": {"kp": _STIFFNESS, "kd": _DAMPING, "ke": Range(0.25, 4e4, 2), "k": Range(0.1, 30.0, 0)},
     "stabiliser": {"kp": _STIFFNESS, "kd": _DAMPING, "k": Range(0.1, 30.0, 0)},
+    # Lengths and speeds of this law are the scenario's own and are not searched.
+    "universal": {"k1": Range(400.0, 1e6, 2), "k2": _DAMPING, "k3": _DAMPING, "c": Range(2.0, 100.0, 1)},
 }
 
 
