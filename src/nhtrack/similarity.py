@@ -87,6 +87,16 @@ class Similarity:
         """Returns the robot's gains of a scenario's gains: kp/T^2, kd/T, ke/T^2, k."""
         return Gains(kp / self.time**2, kd / self.time, ke / self.time**2, k)
 
+    def scale(self, value: float, length: int, time: int) -> float:
+        """Returns the robot's value of a scenario's quantity of unit length^length time^time, such as a gain.
+
+        Args:
+            value: in scenario units; may be an array.
+            length: power of length in its unit.
+            time: power of time.
+        """
+        return value * self.length**length * self.time**time
+
     @staticmethod
     def _scaled(name: str, values: Array, factors: tuple[float, ...]) -> Array:
         require_last_axis(name, values, len(factors))
