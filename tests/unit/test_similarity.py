@@ -30,6 +30,12 @@ def test_gains_by_hand() -> None:
     assert EXAMPLE_1.scale_gains(kp=16.0, kd=8.0, ke=4.0, k=3.0) == Gains(kp=1.0, kd=2.0, ke=0.25, k=3.0)
 
 
+def test_a_quantity_of_any_unit_by_hand() -> None:
+    """A gain per length^2 and time, and a speed."""
+    assert Similarity(length=0.5, time=4.0).scale(3.0, length=-2, time=-1) == 3.0
+    assert Similarity(length=0.5, time=4.0).scale(8.0, length=1, time=-1) == 1.0
+
+
 @given(factors, factors)
 def test_scenario_and_robot_are_inverse(length: float, time: float) -> None:
     there, rng = Similarity(length, time), np.random.default_rng(1)

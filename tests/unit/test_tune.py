@@ -10,6 +10,7 @@ import pytest
 
 import tolerances as tol
 from nhtrack import assets
+from nhtrack.control.baselines import BASELINES
 from nhtrack.diffdrive import identify
 from nhtrack.errors import ScenarioError
 from nhtrack.ground import Ground
@@ -197,8 +198,11 @@ def test_a_time_left_open_is_found_for_the_gains_that_are_there() -> None:
 
 @pytest.mark.parametrize("name", RANGES)
 def test_every_range_is_a_gain_of_its_law(name: str) -> None:
-    gains = {"published": ", kp: 4, kd: 6, ke: 1, k: 5", "stabiliser": ", kp: 4, kd: 6, k: 5", "universal": ""}[name]
+    gains = {"published": ", kp: 4, kd: 6, ke: 1, k: 5", "stabiliser": ", kp: 4, kd: 6, k: 5"}.get(name, "")
     law = case(f"law={{name: {name}{gains}}}").law
+    if name in BASELINES:
+        assert set(RANGES[name]) == set(BASELINES[name].dimensions) - {"hysteresis"}
+        return
     assert set(RANGES[name]) == {"kp", "kd", "ke", "k", "k1", "k2", "k3", "c"} & set(type(law).model_fields)
 
 
@@ -206,6 +210,26 @@ def test_universal_is_tuned_too() -> None:
     found = tune(case("law={name: universal, k1: 40, k2: 13, k3: 6, c: 1}"), budget=24)
     assert set(found.gains) == {"k1", "k2", "k3", "c"}
     assert found.cost <= found.cost_before
+
+
+@pytest.mark.parametrize("name", BASELINES)
+def test_rivals_are_tuned_too(name: str) -> None:
+    found = tune(case(f"law={{name: {name}}}"), budget=16)
+    assert set(found.gains) == set(RANGES[name])
+    assert found.cost <= found.cost_before
+
+
+def test_ranges_of_lengths_go_with_the_size_of_the_experiment() -> None:
+    """The case's leader covers 1 + 8 m in 10 s; ten times as far in lengths of a tenth is the same experiment."""
+    law = "law={name: kanayama, k_y: 4, k_theta: 4}"
+    box = _Box.of(case(law), seed=0, below_bound=True)
+    low = dict(zip(box.names, np.exp(box._low), strict=True))
+    assert low == pytest.approx({"k_x": 0.6, "k_y": 9 / 9**2, "k_theta": 6 / 9, "k_inner": 0.6}, rel=tol.HAND)
+    longer = case(law, 'leader.input.u_x="where(t < 2, 5, 0)"', "followers[0].start.pose=[-30, 20, 0.5]")
+    ten = _Box.of(longer, seed=0, below_bound=True)
+    np.testing.assert_allclose(ten._high - box._high, np.log([1, 1 / 100, 1 / 10, 1]), atol=tol.HAND)
+    far = case(law, "leader.input.u_x=0", "followers[0].start.pose=[-30, 40, 0.5]")
+    assert np.exp(_Box.of(far, seed=0, below_bound=True)._low[2]) == pytest.approx(6 / 50, rel=tol.HAND)
 
 
 def test_a_stabiliser_is_tuned_too() -> None:

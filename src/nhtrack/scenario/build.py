@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from nhtrack.control import Law, Limits, Published, Stabiliser, Universal
+from nhtrack.control.baselines import BASELINES
 from nhtrack.ground import Patch
 from nhtrack.network import Network
 from nhtrack.reference import Reference, Signal, make_segments, make_signal
@@ -152,6 +153,11 @@ def make_law(law: schema.Law, similarity: Similarity, limits: Limits | None = No
                 dock_radius=law.dock_radius * length,
                 dock_speed=law.dock_speed * length / time,
                 limits=limits,
+            )
+        case schema.BaselineLaw():
+            kind = BASELINES[law.name]
+            return kind(
+                **{gain: similarity.scale(getattr(law, gain), *powers) for gain, powers in kind.dimensions.items()}
             )
 
 

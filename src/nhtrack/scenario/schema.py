@@ -496,7 +496,91 @@ class UniversalLaw(Section):
     dead_zone: PlaceDeadZone = Field(default=PlaceDeadZone(), description="speed below which a direction is noise")
 
 
-Law: TypeAlias = Annotated[PublishedLaw | StabiliserLaw | UniversalLaw, Field(discriminator="name")]
+class BaselineLaw(Section):
+    """What the rival laws have in common; their defaults suit leaders of about 1 m/s and starts 10 m away."""
+
+    name: str
+    k_inner: float = Field(
+        default=5.0,
+        gt=0,
+        description="gain of the inner loop that leads velocities to those commanded [1/scenario time]; "
+        "well below the control rate",
+    )
+    dead_zone: PlaceDeadZone = Field(default=PlaceDeadZone(), description="speed below which a direction is noise")
+
+
+class TurningBaselineLaw(BaselineLaw):
+    """A rival into which the relative heading itself enters."""
+
+    hysteresis: float = Field(
+        default=0.25,
+        gt=0,
+        lt=math.pi,
+        description="how far past pi a relative heading goes before a whole turn is dropped [rad]",
+    )
+
+
+class KanayamaLaw(BaselineLaw):
+    """The law of Kanayama et al. (1990): local, for a leader that drives forward."""
+
+    name: Literal["kanayama"] = Field(description="which law: Kanayama's")
+    k_x: float = Field(default=1.0, gt=0, description="gain on the distance ahead [1/scenario time]")
+    k_y: float = Field(default=1.0, gt=0, description="gain on the distance aside [1/scenario length^2]")
+    k_theta: float = Field(
+        default=2.0, gt=0, description="gain on the heading [1/scenario length]; 2 sqrt(k_y) damps a line critically"
+    )
+
+
+class SamsonLaw(TurningBaselineLaw):
+    """The law of Samson as De Luca, Oriolo and Samson (1998) have it: global, for a leader that does not stop."""
+
+    name: Literal["samson"] = Field(description="which law: Samson's")
+    zeta: float = Field(default=0.7, gt=0, description="damping ratio of the linearised error [1]; below 1")
+    b: float = Field(default=1.0, gt=0, description="weight of place against heading [1/scenario length^2]")
+
+
+class JiangNijmeijerLaw(TurningBaselineLaw):
+    """The law of Jiang and Nijmeijer (1997) for accelerations: global, for a leader that does not stop."""
+
+    name: Literal["jiang_nijmeijer"] = Field(description="which law: Jiang and Nijmeijer's")
+    k_x: float = Field(default=1.0, gt=0, description="gain on the distance ahead [1/scenario time]")
+    gamma: float = Field(default=1.0, gt=0, description="weight of place against heading [1/scenario length^2]")
+    k_theta: float = Field(default=1.0, gt=0, description="gain on the heading [1/scenario time]")
+    coupling: float = Field(
+        default=1.0, gt=0, description="what the errors add to the accelerations [1/scenario time^2]"
+    )
+
+
+class FeedbackLinearisationLaw(BaselineLaw):
+    """Dynamic feedback linearisation (Oriolo, De Luca, Vendittelli 2002): linear where speed is not near zero."""
+
+    name: Literal["feedback_linearisation"] = Field(description="which law: dynamic feedback linearisation")
+    kp: float = Field(default=1.0, gt=0, description="position gain [1/scenario time^2]")
+    kd: float = Field(default=2.5, gt=0, description="damping gain [1/scenario time]; advised kd >= 2 sqrt(kp)")
+    v_min: float = Field(
+        default=0.1, gt=0, description="smallest speed that turning rates are divided by [scenario length/time]"
+    )
+
+
+class LookAheadLaw(BaselineLaw):
+    """Static input-output linearisation of a point ahead of the axle: places the point, leaves the heading."""
+
+    name: Literal["look_ahead"] = Field(description="which law: the point ahead")
+    distance: float = Field(default=0.5, gt=0, description="how far ahead of the axle the point is [scenario length]")
+    k: float = Field(default=1.0, gt=0, description="gain on the point's distance [1/scenario time]")
+
+
+Law: TypeAlias = Annotated[
+    PublishedLaw
+    | StabiliserLaw
+    | UniversalLaw
+    | KanayamaLaw
+    | SamsonLaw
+    | JiangNijmeijerLaw
+    | FeedbackLinearisationLaw
+    | LookAheadLaw,
+    Field(discriminator="name"),
+]
 
 
 class Video(Section):

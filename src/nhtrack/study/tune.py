@@ -45,11 +45,20 @@ class TuningError(NhtrackError):
 
 
 class Range(NamedTuple):
-    """Where a gain is looked for: low and high [1], in units of duration^-power."""
+    """Where a gain is looked for: low and high [1], in units of duration^-power size^length.
+
+    The size is the leader's path or, if that is longer, the largest distance to it at the start.
+    """
 
     low: float
     high: float
     power: int
+    length: int = 0
+
+    def limits(self, duration: float, size: float) -> tuple[float, float]:
+        """Returns the range of a scenario's gain, in the scenario's units."""
+        unit = size**self.length / duration**self.power
+        return self.low * unit, self.high * unit
 
 
 # A law that settles within a run of duration D has sqrt(kp) D of 10 to 100 and kd around 2 sqrt(kp).
@@ -59,6 +68,19 @@ RANGES: Mapping[str, Mapping[str, Range]] = {
     "stabiliser": {"kp": _STIFFNESS, "kd": _DAMPING, "k": Range(0.1, 30.0, 0)},
     # Lengths and speeds of this law are the scenario's own and are not searched.
     "universal": {"k1": Range(400.0, 1e6, 2), "k2": _DAMPING, "k3": _DAMPING, "c": Range(2.0, 100.0, 1)},
+    # A leader that covers its size within the duration turns gains on lengths into stiffness and damping.
+    "kanayama": {
+        "k_x": _DAMPING, "k_y": Range(9.0, 4e4, 0, -2), "k_theta": Range(6.0, 1000.0, 0, -1), "k_inner": _DAMPING,
+    },
+    "samson": {"zeta": Range(0.2, 0.99, 0), "b": Range(9.0, 4e4, 0, -2), "k_inner": _DAMPING},
+    "jiang_nijmeijer": {
+        "k_x": _DAMPING, "gamma": Range(9.0, 4e4, 0, -2), "k_theta": _DAMPING, "k_inner": _DAMPING,
+        "coupling": _STIFFNESS,
+    },
+    "feedback_linearisation": {
+        "kp": _STIFFNESS, "kd": _DAMPING, "k_inner": _DAMPING, "v_min": Range(0.01, 0.5, 1, 1),
+    },
+    "look_ahead": {"distance": Range(1e-3, 0.2, 0, 1), "k": _DAMPING, "k_inner": _DAMPING},
 }
 
 
@@ -219,11 +241,8 @@ class _Box:
         """Returns the box of a scenario's law."""
         if scenario.law.name not in RANGES:
             raise TuningError(f"law {scenario.law.name!r} has no ranges to search; {did_you_mean('', RANGES)}")
-        ranges = RANGES[scenario.law.name]
-        limits = [
-            (gain.low / scenario.duration**gain.power, gain.high / scenario.duration**gain.power)
-            for gain in ranges.values()
-        ]
+        ranges, size = RANGES[scenario.law.name], _size(scenario)
+        limits = [gain.limits(scenario.duration, size) for gain in ranges.values()]
         return cls(scenario, tuple(ranges), np.array(limits), seed, below_bound)
 
     def allows(self, gains: Array) -> bool:
@@ -257,6 +276,17 @@ class _Box:
             if len(kept) >= count:
                 return np.array(kept[:count]).reshape(count, len(self.names))
         raise TuningError("hardly any gains in the ranges keep the law's bounds; allow gains below them")
+
+
+def _size(scenario: Scenario) -> float:
+    """Returns the size of an experiment, in scenario units, see `Range`; 1 where nothing moves or is apart."""
+    experiment = build(scenario)
+    start = experiment.start
+    gained = experiment.inputs[:, 0] * experiment.dt
+    speed = start.xi[0, 0] + np.cumsum(gained) - gained / 2  # at the middle of each period
+    path = float(np.abs(speed).sum() * experiment.dt)
+    apart = float(np.hypot(*(start.g[:, :2] - start.g[0, :2]).T).max())
+    return max(path, apart) / experiment.similarity.length or 1.0
 
 
 class _Trial:

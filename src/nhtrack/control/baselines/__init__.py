@@ -8,10 +8,24 @@ They see the leader from the follower: `e = (e_x, e_y, e_theta)`, the leader's p
 velocity in the follower's frame. Laws whose source commands velocities share one inner loop (`inner_loop`).
 """
 
+from collections.abc import Mapping
+from typing import TypeAlias
+
 from nhtrack.control.baselines.feedback_linearisation import FeedbackLinearisation
 from nhtrack.control.baselines.jiang_nijmeijer import JiangNijmeijer
 from nhtrack.control.baselines.kanayama import Kanayama
 from nhtrack.control.baselines.look_ahead import LookAhead
 from nhtrack.control.baselines.samson import Samson
 
-__all__ = ["FeedbackLinearisation", "JiangNijmeijer", "Kanayama", "LookAhead", "Samson"]
+Baseline: TypeAlias = type[FeedbackLinearisation | JiangNijmeijer | Kanayama | LookAhead | Samson]
+
+# By the names that scenarios call them.
+BASELINES: Mapping[str, Baseline] = {
+    "kanayama": Kanayama,
+    "samson": Samson,
+    "jiang_nijmeijer": JiangNijmeijer,
+    "feedback_linearisation": FeedbackLinearisation,
+    "look_ahead": LookAhead,
+}
+
+__all__ = ["BASELINES", "FeedbackLinearisation", "JiangNijmeijer", "Kanayama", "LookAhead", "Samson"]
