@@ -14,8 +14,11 @@ from scipy.optimize import brentq
 from motions import AT_REST, Run, drive, make_simulation, state, weaving_error
 from nhtrack.diffdrive import DiffDrive
 from nhtrack.ground import Patch
+from nhtrack.recording import Recording
+from nhtrack.scenario.load import load
 from nhtrack.simulation.ideal import IdealSimulation
 from nhtrack.simulation.scene import Payload, SceneSpec, make_scene
+from nhtrack.study.run import simulate
 from tolerances import HAND
 
 pytestmark = pytest.mark.slow
@@ -415,3 +418,61 @@ class TestPlanarBase:
         np.testing.assert_allclose(shift, expected - weight / 2, rtol=0, atol=LOAD * weight)
         assert -0.17 * weight < shift.min() < -0.16 * weight  # the inner wheel at full speed
         assert -0.06 * weight < shift.max() < -0.05 * weight  # the outer one
+
+
+def told(name: str, *overrides: str) -> Recording:
+    """Returns the recording of a bundled stress scenario that ran to its end."""
+    outcome = simulate(load(f"stress/{name}", overrides))
+    assert outcome.failure is None
+    return outcome.recording
+
+
+def gap_to_twin(recording: Recording, robot: int) -> np.ndarray:
+    """Returns how far a robot is from its ideal twin [m], shape (t,)."""
+    gap = (recording["pose"] - recording["ideal_pose"]).values[:, robot, :2]
+    return np.asarray(np.hypot(*gap.T))
+
+
+class TestStressScenarios:
+    """What the bundled scenarios say of themselves, to the digits in which they say it."""
+
+    def test_ice_patch(self) -> None:
+        recording = told("ice_patch")
+        gap = gap_to_twin(recording, 1)
+        icy = recording["friction_utilisation"].values[:, 1].max(axis=-1) > 0.99
+        slides = int(np.flatnonzero(icy)[0])
+        assert gap[:slides].max() < HOLDING
+        assert gap.max() > 0.1
+        assert gap[-1] < 0.05  # back on its path
+        assert gap_to_twin(told("ice_patch", "physics.patches=[]"), 1).max() < HOLDING
+
+    def test_slope(self, robot: DiffDrive) -> None:
+        effective = robot.mass + 2 * robot.wheel_inertia / robot.wheel_radius**2
+        for kp, kd, sag in ((4, 5, 0.210), (9, 7, 0.0935)):
+            error = told("slope", f"law.kp={kp}", f"law.kd={kd}")["error"].values[-1, 1]
+            assert GRAVITY * np.sin(0.0872664626) / kp * robot.mass / effective == pytest.approx(sag, abs=5e-4)
+            assert error[0] == pytest.approx(-sag, abs=5e-4)
+        assert gap_to_twin(told("slope", "physics.compensation=actual"), 1).max() < HOLDING
+
+    def test_payload(self) -> None:
+        speeding_up, braking = (told("payload")["error"].sel(time=t).values[1] for t in (4.0, 16.0))
+        assert (speeding_up[0], braking[0]) == pytest.approx((-0.047, 0.047), abs=4e-3)  # not quite settled
+        assert (speeding_up[2], braking[2]) == pytest.approx((0.041, -0.041), abs=1e-3)
+        assert gap_to_twin(told("payload", "physics.compensation=actual"), 1).max() < HOLDING
+
+    def test_wheel_mismatch(self) -> None:
+        recording = told("wheel_mismatch")
+        assert recording["pose"].values[-1, 0, 1] == pytest.approx(1.25, abs=5e-3)
+        assert recording["pose"].values[-1, 0, 2] / 3.3 == pytest.approx(0.243, abs=5e-4)
+        assert np.hypot(*recording["error"].values[-1, 1, :2]) < 0.02
+        assert recording["tilt"].values[-1, 0] == pytest.approx(0.006, abs=5e-5)
+
+    def test_weak_motors(self) -> None:
+        recording = told("weak_motors")
+        speed, time = recording["twist"].values[:, 1, 0], recording.time
+        assert speed[50] / time[50] == pytest.approx(0.56, abs=5e-3)
+        assert speed.max() == pytest.approx(0.45, abs=5e-4)
+        flat_out = (time > 1.1) & (time < 3.2)
+        assert (recording["torque_saturation"].values[flat_out, 1] == 1).all()
+        assert not recording["torque_saturation"].values[time > 5, 1].any()
+        assert np.hypot(*recording["error"].values[-1, 1, :2]) < 0.05
