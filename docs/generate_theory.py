@@ -16,12 +16,17 @@ from typing import Any, NamedTuple
 import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.patches import Polygon
+from pydantic import TypeAdapter
 from rich.progress import track
 
 from nhtrack import se2
-from nhtrack.control import Leader, Published, Robots
+from nhtrack.control import Law, Leader, Published, Robots
+from nhtrack.control.baselines import BASELINES
 from nhtrack.control.virtual_leader import fold
 from nhtrack.plots.style import INK, panel_title, styled
+from nhtrack.scenario.build import make_law
+from nhtrack.scenario.schema import Law as LawSection
+from nhtrack.similarity import Similarity
 from nhtrack.simulation.kinematics import Kinematics
 from nhtrack.simulation.state import State
 
@@ -35,6 +40,7 @@ LATE = 0.2  # share of the time over which errors count
 STARTS = 200  # of every family
 POSITION, HEADING = 0.01, 0.01  # [m], [rad]: at most so much in the late part counts as converged
 DEAD_ZONE = 1e-9
+RIVAL_STARTS, RIVAL_LATE, RIVAL_HEADING = 300, 15 / 80, 0.02  # of every family; the last 15 s; [rad]
 
 ABOVE = {"kp": 4.0, "kd": 6.0, "ke": 2.0, "k": 7.0}  # k_eff = 4.7
 BELOW = {"kp": 4.0, "kd": 6.0, "ke": 2.0, "k": 2.25}  # k_eff = 1.5
@@ -119,7 +125,7 @@ def starts(count: int, seed: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def chase(
-    law: Published, families: tuple[Family, ...], g: np.ndarray, xi: np.ndarray, kept: float = LATE, rate: float = RATE
+    law: Law, families: tuple[Family, ...], g: np.ndarray, xi: np.ndarray, kept: float = LATE, rate: float = RATE
 ) -> Motion:
     """Returns the motion of one pair a family, followers from `g` and `xi` (b, 3), over the last share of the time."""
     periods = round(DURATION * rate)
@@ -170,12 +176,32 @@ def convergence() -> str:
     cases = [(v, side, gains) for v in ("published", "full") for side, gains in (("above", ABOVE), ("below", BELOW))]
     for variant, side, gains in track(cases, "table"):
         heads.append(f"{variant}, {side}")
-        position, heading = worst(chase(tracking_law(gains, variant), families, g, xi))
-        for i, family in enumerate(FAMILIES):
-            own = slice(i * STARTS, (i + 1) * STARTS)
-            good = (position[own] < POSITION) & (heading[own] < HEADING)
-            left = f"{median(position[own])} m, {median(heading[own])} rad"
-            cells[family.name].append(f"{100 * good.mean():.3g} % ({left})")
+        left = worst(chase(tracking_law(gains, variant), families, g, xi))
+        add_column(cells, *left, HEADING)
+    return families_table(heads, cells)
+
+
+def rivals() -> str:
+    """Returns the table of the rival laws at their default gains: shares that converge and what is left."""
+    g, xi = (np.tile(array, (len(FAMILIES), 1)) for array in starts(RIVAL_STARTS, 2025))
+    families = tuple(family for family in FAMILIES for _ in range(RIVAL_STARTS))
+    cells: dict[str, list[str]] = {family.name: [] for family in FAMILIES}
+    for name in track(BASELINES, "rivals"):
+        law = make_law(TypeAdapter(LawSection).validate_python({"name": name}), Similarity())
+        add_column(cells, *worst(chase(law, families, g, xi, RIVAL_LATE)), RIVAL_HEADING)
+    return families_table([f"`{name}`" for name in BASELINES], cells)
+
+
+def add_column(cells: dict[str, list[str]], position: np.ndarray, heading: np.ndarray, bound: float) -> None:
+    """Adds to each family's cells which share converged, and the medians of what is left; equally many of each."""
+    by_family = (each.reshape(len(cells), -1) for each in (position, heading))
+    for own, r, a in zip(cells.values(), *by_family, strict=True):
+        good = (r < POSITION) & (a < bound)
+        own.append(f"{100 * good.mean():.3g} % ({median(r)} m, {median(a)} rad)")
+
+
+def families_table(heads: list[str], cells: dict[str, list[str]]) -> str:
+    """Returns a table of families and laws."""
     rows = [["reference", *heads], ["---"] * (1 + len(heads)), *([name, *values] for name, values in cells.items())]
     return "\n".join(f"| {' | '.join(row)} |" for row in rows)
 
@@ -369,7 +395,7 @@ def main() -> None:
     for draw in (limit_cycle, heading_bound, printed_twist):
         draw().savefig(FIGURES / f"theory_{draw.__name__}.png", dpi=150)
     text = PAGE.read_text(encoding="utf-8")
-    for marker, table in (("theorem 1", convergence), ("scaling", scaling), ("damping", damping)):
+    for marker, table in (("theorem 1", convergence), ("scaling", scaling), ("damping", damping), ("rivals", rivals)):
         text = fill(text, marker, table())
     PAGE.write_text(text, encoding="utf-8")
 

@@ -26,9 +26,10 @@ class FeedbackLinearisation:
     for e = p_r - p once the inner loop has settled.
 
     At xi = 0 the law is singular. |xi| is therefore never taken smaller than `v_min`, with the sign of the leader's
-    speed, or of v where the leader is slower than `v_min` itself. In the source's way of resetting the integrator, a
-    follower whose speed is not on that side of v_min is led there by the inner loop while the leader moves, and a w_x
-    that would slow it down further is left out. With the leader at rest it is not, so that it can stop.
+    speed, or of v where the leader is slower than `v_min` itself. As if the source's integrator were reset, a follower
+    whose speed is not on that side of v_min is led there by the inner loop while the leader moves, and a w_x that would
+    slow it down further is left out. With the leader at rest it is not, so that it can stop. A small v_min asks for
+    turning rates w_y/v_min that a control period cannot follow; too small a one and the follower runs away.
 
     Assumes: p_r'' as commanded. Needs: |v_r| above v_min. Claims: exponential tracking of p_r while |v| > v_min; the
     heading follows from the direction of p', so at a leader at rest it is left over.
