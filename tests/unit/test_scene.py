@@ -469,6 +469,15 @@ class TestOwnRobot:
         assert theirs.com == pytest.approx(ours.com, abs=READING)
         assert theirs.axle_inertia == pytest.approx(ours.axle_inertia, abs=READING)
 
+    def test_it_may_have_a_payload_of_its_own(self, own_robot: Path) -> None:
+        own = '<geom name="payload" size="0.01" mass="0.05" contype="0" conaffinity="0"/>'
+        body = f'<body name="payload" pos="0 0 0.03">{own}</body>'
+        text = own_robot.read_text().replace('<body name="left_wheel"', f'{body}<body name="left_wheel"')
+        own_robot.write_text(text)
+        load = Payload(0.1, (0.0, 0.0, 0.07))
+        bare, laden = (make_scene(SceneSpec(("a",), str(own_robot), payload=each)).plant for each in (None, load))
+        assert laden.mass == pytest.approx(bare.mass + 0.1, rel=HAND)
+
     def test_it_stands_on_the_floor(self, own_robot: Path) -> None:
         scene = make_scene(SceneSpec(("a",), str(own_robot)))
         data = mujoco.MjData(scene.model)

@@ -50,7 +50,7 @@ def compose(spec: SceneSpec, robot_file: Path, drive: DiffDrive, parts: Parts) -
             _set_wheels(robot, spec, parts)
             _paint(robot, robot_colour(index))
             if spec.payload is not None:
-                _add_payload(robot.find("body", parts.chassis), spec.payload, drive.wheel_radius)
+                _add_payload(robot, parts.chassis, spec.payload, drive.wheel_radius)
             _attach(arena, robot, spec, drive, parts)
     if spec.virtual_root:
         _add_marker(arena, spec.robots[0], drive.half_separation)
@@ -61,7 +61,7 @@ def compose(spec: SceneSpec, robot_file: Path, drive: DiffDrive, parts: Parts) -
 def loaded_robot(robot_file: Path, payload: Payload, wheel_radius: float, parts: Parts) -> Any:
     """Returns the dm_control element of one robot alone with what it carries."""
     robot = _mjcf().from_path(str(robot_file))
-    _add_payload(robot.find("body", parts.chassis), payload, wheel_radius)
+    _add_payload(robot, parts.chassis, payload, wheel_radius)
     return robot
 
 
@@ -126,16 +126,19 @@ def _set_wheels(robot: Any, spec: SceneSpec, parts: Parts) -> None:
             robot.find("actuator", name).ctrlrange = (-spec.torque_limit, spec.torque_limit)
 
 
-def _add_payload(chassis: Any, payload: Payload, wheel_radius: float) -> None:
-    """Adds a box of uniform density to a chassis."""
+def _add_payload(robot: Any, chassis: str, payload: Payload, wheel_radius: float) -> None:
+    """Adds a box of uniform density to a robot's chassis, called `payload` where the robot has no such part itself."""
+    name = "payload"
+    while robot.find("body", name) is not None or robot.find("geom", name) is not None:
+        name += "_"
     x, y, height = payload.position
     size = np.asarray(payload.size) / 2
     inertia = payload.mass / 3 * (size @ size - size**2)
-    body = chassis.add("body", name="payload", pos=(x, y, height - wheel_radius))
+    body = robot.find("body", chassis).add("body", name=name, pos=(x, y, height - wheel_radius))
     body.add("inertial", pos=(0, 0, 0), mass=payload.mass, diaginertia=inertia)
     drawn = np.maximum(size, 1e-3)
     look = {"rgba": (0.72, 0.55, 0.35, 1), "contype": 0, "conaffinity": 0, "group": 2}
-    body.add("geom", name="payload", type="box", size=drawn, **look)
+    body.add("geom", name=name, type="box", size=drawn, **look)
 
 
 def _draw_patch(arena: Any, name: str, patch: Patch, floor: float, height: float) -> None:
