@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from math import inf
 
 import numpy as np
 
@@ -28,12 +29,14 @@ class Tracking:
         virtual_leader: twist of a leader folded from several parents, see `nhtrack.control.virtual_leader.fold`.
         formation: twist of a leader displaced by an offset, see `nhtrack.control.virtual_leader.displace`.
         dead_zone_speed: speed below which the attitude of a place is that of its leader [m/s].
+        rate_limit: largest rate of the attitude of a place with the transform `exact` [rad/s].
     """
 
     offsets: Array | None = None
     virtual_leader: Combination = "convex"
     formation: Transform = "printed"
     dead_zone_speed: float = 0.0
+    rate_limit: float = inf
 
 
 @dataclass(frozen=True)
@@ -132,7 +135,13 @@ class _Level:
         self._parents, weights = network.folds(robots)
         offsets = np.zeros((len(network), 2)) if tracking.offsets is None else tracking.offsets
         self.leaders = VirtualLeader(
-            weights, offsets[robots], dt, tracking.virtual_leader, tracking.formation, tracking.dead_zone_speed
+            weights,
+            offsets[robots],
+            dt,
+            tracking.virtual_leader,
+            tracking.formation,
+            tracking.dead_zone_speed,
+            tracking.rate_limit,
         )
 
     def init(self, law: Law, state: State, u: Array) -> tuple[VirtualMemory, Memory]:

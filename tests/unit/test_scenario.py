@@ -92,7 +92,9 @@ def test_the_paper_s_followers_start_one_to_three_metres_away_on_the_table(name:
 @pytest.mark.parametrize("name", [name for name in assets.bundled_scenarios() if not name.startswith("stress/")])
 def test_bundled_gains_lie_above_the_bounds(name: str) -> None:
     law = load(name).law
-    assert isinstance(law, PublishedLaw)
+    if not isinstance(law, PublishedLaw):  # the bounds are those of Theorem 1; other laws know their own
+        assert build(load(name)).law.warnings() == ()
+        return
     assert law.k > 2 * (1 + law.ke / law.kp)
     assert law.kd >= 2 * math.sqrt(law.kp)
 

@@ -12,7 +12,7 @@ differentiates the geodesic instead.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import pi
+from math import inf, pi
 from typing import Literal, NamedTuple, TypeAlias
 
 from nhtrack import se2
@@ -68,7 +68,7 @@ def fold(a: Leader, b: Leader, weight: Array, combination: Combination, turns: A
 
 
 def displace(
-    leader: Leader, offset: Array, transform: Transform, dead_zone_speed: float
+    leader: Leader, offset: Array, transform: Transform, dead_zone_speed: float, rate_limit: float = inf
 ) -> tuple[Leader, Array]:
     """Returns the leader moved to a place in its own frame, `g_a = g_c gbar` (Theorem 3), and the rate of thetabar.
 
@@ -83,6 +83,7 @@ def displace(
         offset: places (xbar, ybar) [m], shape (..., 2).
         transform: whether thetabar's motion is left out or added.
         dead_zone_speed: |V| below which thetabar and its rate are taken as 0 [m/s].
+        rate_limit: largest |thetabar'| [rad/s]: it is unbounded where V comes close to 0.
     """
     xp = namespace(leader.g, offset)
     x, y = offset[..., 0], offset[..., 1]
@@ -94,6 +95,7 @@ def displace(
     moving = square > dead_zone_speed**2
     cross = point[..., 0] * force[..., 1] - point[..., 1] * force[..., 0]
     rate = xp.where(moving, cross / xp.where(moving, square, xp.ones_like(square)), xp.zeros_like(square))
+    rate = xp.clip(rate, -rate_limit, rate_limit)
     gbar = xp.stack(xp.broadcast_arrays(x, y, attitude), axis=-1)
     turn = xp.stack(xp.broadcast_arrays(zero, zero, attitude), axis=-1)
     along = xp.asarray([1.0, 0.0, 1.0])  # no lateral part: of xi by the choice of thetabar, and so of its rate
@@ -126,6 +128,8 @@ class VirtualLeader:
         combination: twist of a folded leader, see `fold`.
         transform: twist of a displaced leader, see `displace`.
         dead_zone_speed: speed below which thetabar is taken as 0 [m/s].
+        rate_limit: largest |thetabar'| [rad/s], and its square the largest |thetabar''|; followers of followers would
+            hand on every swing amplified.
     """
 
     weights: Array
@@ -134,6 +138,7 @@ class VirtualLeader:
     combination: Combination = "convex"
     transform: Transform = "printed"
     dead_zone_speed: float = 0.0
+    rate_limit: float = inf
 
     def init(self, parents: Leader) -> VirtualMemory:
         """Returns the memory to begin with; `parents` as in a call."""
@@ -151,11 +156,11 @@ class VirtualLeader:
         placed = xp.any(self.offsets != 0, axis=-1)
         if not xp.any(placed):
             return leader, VirtualMemory(turns, None)
-        moved, rate = displace(leader, self.offsets, self.transform, self.dead_zone_speed)
+        moved, rate = displace(leader, self.offsets, self.transform, self.dead_zone_speed, self.rate_limit)
         if self.transform == "exact":
             before = rate if memory.rate is None else memory.rate
-            swing = xp.stack([0 * rate, 0 * rate, (rate - before) / self.dt], axis=-1)
-            moved = moved._replace(u=moved.u + swing)
+            second = xp.clip((rate - before) / self.dt, -(self.rate_limit**2), self.rate_limit**2)
+            moved = moved._replace(u=moved.u + xp.stack([0 * rate, 0 * rate, second], axis=-1))
         chosen = (xp.where(placed[..., None], there, here) for there, here in zip(moved, leader, strict=True))
         return Leader(*chosen), VirtualMemory(turns, rate)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import inf
 
 import numpy as np
 
@@ -186,6 +187,7 @@ def _tracking(scenario: schema.Scenario, network: Network, similarity: Similarit
         virtual_leader=scenario.virtual_leader,
         formation=scenario.formation,
         dead_zone_speed=scenario.law.dead_zone.speed,
+        rate_limit=scenario.law.turn_rate / similarity.time if isinstance(scenario.law, schema.UniversalLaw) else inf,
     )
 
 

@@ -479,7 +479,10 @@ class UniversalLaw(Section):
         default=2.0, gt=0, description="largest speed that the field adds [scenario length/time]"
     )
     turn_rate: float = Field(
-        default=4.0, gt=0, description="largest rate of the wanted heading that is fed forward [rad/scenario time]"
+        default=4.0,
+        gt=0,
+        description="largest rate of the wanted heading that is fed forward, and of the attitude of a place with "
+        "`formation: exact` [rad/scenario time]",
     )
     dock_radius: float = Field(
         default=0.005,
