@@ -478,6 +478,26 @@ class TestOwnRobot:
         bare, laden = (make_scene(SceneSpec(("a",), str(own_robot), payload=each)).plant for each in (None, load))
         assert laden.mass == pytest.approx(bare.mass + 0.1, rel=HAND)
 
+    @pytest.mark.parametrize(
+        ("tag", "gear"), [("motor", 'gear="4"'), ("general", 'gear="2" gainprm="2"')], ids=["motor", "general"]
+    )
+    def test_its_motors_may_be_geared(self, own_robot: Path, tag: str, gear: str) -> None:
+        """Whatever a control means in its file, in a scene it is the torque at the wheel."""
+        text = own_robot.read_text()
+        for side in ("left", "right"):
+            old = f'<motor name="{side}_motor" joint="{side}_wheel" gear="1" ctrlrange="-0.0392266 0.0392266"/>'
+            assert old in text
+            new = f'<{tag} name="{side}_motor" joint="{side}_wheel" {gear} ctrlrange="-0.00980665 0.00980665"/>'
+            text = text.replace(old, new)
+        own_robot.write_text(text)
+        scene = make_scene(SceneSpec(("a",), str(own_robot)))
+        assert scene.drive.motor.torque_limit == pytest.approx(0.0392266, rel=HAND)
+        data = mujoco.MjData(scene.model)
+        data.ctrl[:] = 0.03, 0.05
+        mujoco.mj_forward(scene.model, data)
+        torques = data.qfrc_actuator[scene.addresses.wheel_qvel[0]]
+        np.testing.assert_allclose(torques, (0.03, 0.0392266), rtol=HAND)
+
     def test_it_stands_on_the_floor(self, own_robot: Path) -> None:
         scene = make_scene(SceneSpec(("a",), str(own_robot)))
         data = mujoco.MjData(scene.model)

@@ -33,7 +33,7 @@ def compose(spec: SceneSpec, robot_file: Path, drive: DiffDrive, parts: Parts) -
     Args:
         spec: what to compose.
         robot_file: MJCF of its robot.
-        drive: the robot's reduced model, of which the wheel radius is used.
+        drive: the robot's reduced model, of which the wheel radius and the torque limit are used.
         parts: names of the robot's parts.
     """
     mjcf = _mjcf()
@@ -47,7 +47,7 @@ def compose(spec: SceneSpec, robot_file: Path, drive: DiffDrive, parts: Parts) -
             robot = mjcf.from_path(str(robot_file))
             robot.model = name
             _set_contacts(robot, spec, parts)
-            _set_wheels(robot, spec, parts)
+            _set_wheels(robot, spec, drive, parts)
             _paint(robot, robot_colour(index))
             if spec.payload is not None:
                 _add_payload(robot, parts.chassis, spec.payload, drive.wheel_radius)
@@ -115,15 +115,17 @@ def _set_contacts(robot: Any, spec: SceneSpec, parts: Parts) -> None:
         geom.condim, geom.priority = 1, 1
 
 
-def _set_wheels(robot: Any, spec: SceneSpec, parts: Parts) -> None:
-    """Makes the left tyre larger than the right one by the mismatch, and limits the motors' torque."""
+def _set_wheels(robot: Any, spec: SceneSpec, drive: DiffDrive, parts: Parts) -> None:
+    """Makes the left tyre larger than the right one by the mismatch, and motors take torques at the wheel."""
     for name, factor in zip(parts.tyres, spec.radius_factors, strict=True):
         geom = robot.find("geom", name)
         size = geom.size if geom.size is not None else geom.dclass.geom.size
         geom.size = factor * np.asarray(size)
     for name in parts.motors:
-        if spec.torque_limit is not None:
-            robot.find("actuator", name).ctrlrange = (-spec.torque_limit, spec.torque_limit)
+        motor = robot.find("actuator", name)
+        motor.gear, motor.ctrlrange = (1,), (-drive.motor.torque_limit, drive.motor.torque_limit)
+        if motor.tag == "general":
+            motor.gainprm = (1,)
 
 
 def _add_payload(robot: Any, chassis: str, payload: Payload, wheel_radius: float) -> None:
