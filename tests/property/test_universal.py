@@ -18,6 +18,7 @@ from drives import DRIVE
 from nhtrack import se2
 from nhtrack.control import Leader, Limits, Robots, Universal
 from nhtrack.control.universal import UniversalMemory
+from nhtrack.control.virtual_leader import VirtualLeader
 from nhtrack.errors import FeasibilityError
 from nhtrack.ground import Ground, Patch
 from nhtrack.network import Network
@@ -230,6 +231,34 @@ def test_commands_are_finite_everywhere(g_1: np.ndarray, xi_1: np.ndarray, g_0: 
     assert np.isfinite(command(LAW, scene)).all()
 
 
+@pytest.mark.parametrize(("x", "side"), [(-2.0, -1.0), (2.0, 1.0), (0.0, 1.0)])
+def test_follower_begins_on_its_own_side_in_the_gear_that_needs_no_turn_in_the_end(x: float, side: float) -> None:
+    """From behind it drives forward, from ahead in reverse: either way it arrives with its leader's heading."""
+    at_rest = Leader(np.zeros(3), np.zeros(3), np.zeros(3))
+    memory = LAW.init(Robots(np.array([x, 0.5, 0.2]), np.zeros(3)), at_rest)
+    assert (memory.side, memory.gear, memory.docked) == (side, -side, False)
+    near = LAW.init(Robots(np.array([x / 1e3, 0.0, 0.2]), np.zeros(3)), at_rest)
+    assert (near.side, near.gear, near.docked) == (side, -side, True)
+
+
+def test_docked_follower_does_not_move_away_while_it_turns() -> None:
+    """Any heading, 4 mm from a leader that spins in place: it aligns, and is never farther than where it began."""
+    headings = np.linspace(-PI, PI, 41)
+    place = 0.004 * np.stack([np.cos(3 * headings), np.sin(3 * headings)], axis=-1)
+    g, xi = np.concatenate([place, headings[:, None]], axis=-1), np.zeros((41, 3))
+    spinning = np.array([0.0, 0.0, 0.5])
+    g_0, xi_0, u_0 = np.zeros((41, 3)), np.tile(spinning, (41, 1)), np.zeros((41, 3))
+    memory, farthest = LAW.init(Robots(g, xi), Leader(g_0, xi_0, u_0)), 0.0
+    for _ in range(500):
+        u, memory = LAW(Robots(g, xi), Leader(g_0, xi_0, u_0), memory)
+        g, xi = propagate(g, xi, u, 0.01)
+        g_0 = g_0 + spinning * 0.01
+        farthest = max(farthest, float(np.hypot(g[:, 0], g[:, 1]).max()))
+        assert memory.docked.all()
+    assert farthest <= 0.004 + ROUNDING
+    assert np.abs(se2.wrap(g[:, 2] - g_0[:, 2])).max() < 1e-6
+
+
 def test_command_where_the_field_cancels_the_leader_s_velocity() -> None:
     """v_0/c ahead of the leader w is zero: the follower is told to stand still and keep its heading."""
     field_speed = 1e6  # not saturated: the place is known
@@ -305,6 +334,33 @@ def test_robot_that_keeps_its_limits_never_leaves_them() -> None:
         scene = later(scene, dt)
     assert (most <= np.array([1.0, 2.0, 1.5, 8.0]) * (1 + 1e-12)).all()
     assert (most > np.array([0.99, 1.9, 1.49, 7.9])).all()
+
+
+def test_rates_of_a_place_that_nearly_stands_still_are_bounded() -> None:
+    """Beside a leader on a tight arc V_x passes through zero: thetabar' would be 10 rad/s, thetabar'' far more."""
+    offset, limit, dt = np.array([[0.05, 1.0]]), 4.0, 0.01
+    one_parent = np.zeros((1, 0))
+    free = VirtualLeader(one_parent, offset, dt, "exact", "exact")
+    bounded = replace(free, rate_limit=limit)
+
+    def tracked(leader: VirtualLeader) -> tuple[np.ndarray, np.ndarray]:
+        """Yaw rates and accelerations of the place while v grows through omega ybar."""
+        memory, rates, seconds = None, [], []
+        for v in np.linspace(0.9, 1.1, 41):
+            xi, u = np.array([[[v, 0.0, 1.0]]]), np.array([[[0.5, 0.0, 0.0]]])
+            parents = Leader(np.zeros((1, 1, 3)), xi, u)
+            memory = leader.init(parents) if memory is None else memory
+            place, memory = leader(parents, memory)
+            rates.append(place.xi[0, 2] - 1.0)
+            seconds.append(place.u[0, 2])
+        return np.array(rates), np.array(seconds)
+
+    wild, tame = tracked(free), tracked(bounded)
+    assert np.abs(wild[0]).max() > 2 * limit
+    assert np.abs(tame[0]).max() == limit
+    assert np.abs(tame[1]).max() <= limit**2
+    inside = np.abs(wild[0]) < limit
+    np.testing.assert_array_equal(tame[0][inside], wild[0][inside])
 
 
 # -- scenarios --------------------------------------------------------------------------------------

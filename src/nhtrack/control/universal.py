@@ -223,8 +223,7 @@ class Universal:
         distance, motion = view.distance, view.motion
         phi = xp.atan2(side * view.place.y, side * view.place.x)
         safe = xp.where(distance > 0, distance, xp.ones_like(distance))
-        # On the leader phi is 0 and b r moves along the axis: the field is differentiable there along every ray.
-        radial = _Vector(xp.where(distance > 0, view.place.x / safe, side), view.place.y / safe)
+        radial = _scale(1 / safe, view.place)  # 0 on the leader, where the field has a corner: its rate counts as 0
         distance_rate, across = _dot(radial, motion), _cross(radial, motion)  # rho', rho phi'
         half_cos, half_sin = xp.cos(phi / 2), xp.sin(phi / 2)
         turned = _Vector(-self.c * side * xp.cos(self.m * phi), -self.c * side * xp.sin(self.m * phi))
