@@ -182,14 +182,15 @@ def convergence() -> str:
 
 
 def rivals() -> str:
-    """Returns the table of the rival laws at their default gains: shares that converge and what is left."""
+    """Returns the table of the rivals and `universal` at their default gains: shares that converge, what is left."""
     g, xi = (np.tile(array, (len(FAMILIES), 1)) for array in starts(RIVAL_STARTS, 2025))
     families = tuple(family for family in FAMILIES for _ in range(RIVAL_STARTS))
     cells: dict[str, list[str]] = {family.name: [] for family in FAMILIES}
-    for name in track(BASELINES, "rivals"):
+    names = (*BASELINES, "universal")
+    for name in track(names, "rivals"):
         law = make_law(TypeAdapter(LawSection).validate_python({"name": name}), Similarity())
         add_column(cells, *worst(chase(law, families, g, xi, RIVAL_LATE)), RIVAL_HEADING)
-    return families_table([f"`{name}`" for name in BASELINES], cells)
+    return families_table([f"`{name}`" for name in names], cells)
 
 
 def add_column(cells: dict[str, list[str]], position: np.ndarray, heading: np.ndarray, bound: float) -> None:
