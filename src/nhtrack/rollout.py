@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from math import inf
+from typing import NamedTuple
 
 import numpy as np
 
@@ -85,23 +86,64 @@ def rollout(
         tracking: how what a follower tracks is made from its parents; as printed, without offsets, by default.
         progress: called with the periods done and their number.
     """
-    log = _Log(len(inputs))
-    state, failure, interrupted = simulation.reset(start), None, False
-    crew = _Crew(law, network, tracking or Tracking(), state, simulation.dt)
+    log, failure, interrupted = _Log(len(inputs)), None, False
     try:
-        for k, u_root in enumerate(inputs):
-            u, tracked = crew.command(state, u_root)
-            log.write(state, tracked, simulation, u)
-            state = simulation.step(u)
-            if progress is not None:
-                progress(k + 1, len(inputs))
-        _, tracked = crew.command(state, inputs[-1])
-        log.write(state, tracked, simulation, None)
+        for done, period in enumerate(periods(simulation, law, network, inputs, start, tracking)):
+            if progress is not None and done:
+                progress(done, len(inputs))
+            log.write(period, simulation)
     except SimulationDiverged as error:
         failure = error
     except KeyboardInterrupt:
         interrupted = True
     return Rollout(*log.arrays(), failure, interrupted)
+
+
+class Period(NamedTuple):
+    """A control period as it begins; the last one of a run is where the run ends, and nothing is commanded in it.
+
+    Attributes:
+        state: of the robots, shape (..., n, 3).
+        tracked: what each robot tracks; NaN for the root.
+        u: accelerations commanded for the period, shape (..., n, 2), or None at the end.
+        memories: of the law, one for each level of followers, after the command.
+    """
+
+    state: State
+    tracked: State
+    u: Array | None
+    memories: Sequence[Memory]
+
+
+def periods(
+    simulation: Simulation,
+    law: Law,
+    network: Network,
+    inputs: np.ndarray,
+    start: State,
+    tracking: Tracking | None = None,
+) -> Iterator[Period]:
+    """Yields the control periods of a run, see `rollout`, and keeps none of them: for runs too many to record.
+
+    While a period is looked at, `simulation.telemetry()` speaks of the one before.
+
+    Raises:
+        SimulationDiverged: a robot left the region where its numbers mean anything.
+    """
+    state = simulation.reset(start)
+    crew = _Crew(law, network, tracking or Tracking(), state, simulation.dt)
+    for u_root in inputs:
+        u, tracked = crew.command(state, u_root)
+        yield Period(state, tracked, u, crew.memories)
+        state = simulation.step(u)
+    _, tracked = crew.command(state, inputs[-1])
+    yield Period(state, tracked, None, crew.memories)
+
+
+def tracking_error(period: Period) -> Array:
+    """Returns the poses of robots seen from what they track, headings within (-pi, pi], NaN for the root."""
+    error = se2.between(period.tracked.g, period.state.g)
+    return np.concatenate([error[..., :2], se2.wrap(error[..., 2:])], axis=-1)
 
 
 class _Crew:
@@ -112,6 +154,11 @@ class _Crew:
         self._levels = [_Level(network, tracking, robots, dt) for robots in network.levels[1:]]
         at_rest = np.zeros((*start.g.shape[:-1], 2))
         self._memories = [level.init(law, start, at_rest) for level in self._levels]
+
+    @property
+    def memories(self) -> list[Memory]:
+        """The law's memory at each level."""
+        return [memory for _, memory in self._memories]
 
     def command(self, state: State, u_root: Array) -> tuple[Array, State]:
         """Returns the accelerations of all robots, shape (..., n, 2), and what each tracks (NaN for the root)."""
@@ -170,10 +217,10 @@ class _Log:
         self._time = np.empty(self._size)
         self._arrays: dict[str, np.ndarray] = {}
 
-    def write(self, state: State, tracked: State, simulation: Simulation, u: Array | None) -> None:
+    def write(self, period: Period, simulation: Simulation) -> None:
         """Adds a row: state, what was tracked, telemetry of the period before, command of the one to come."""
-        error = se2.between(tracked.g, state.g)
-        error = np.concatenate([error[..., :2], se2.wrap(error[..., 2:])], axis=-1)
+        state, tracked, u, _ = period
+        error = tracking_error(period)
         row = {"pose": state.g, "twist": state.xi, "leader_pose": tracked.g, "leader_twist": tracked.xi, "error": error}
         row["input"] = np.full((*state.g.shape[:-1], 2), np.nan) if u is None else u
         row |= simulation.telemetry()
