@@ -39,6 +39,7 @@ EVERYTHING = SceneSpec(
     torque_limit=0.02,
     no_load_speed=30.0,
     compensation="actual",
+    colours=(4,),
 )
 
 

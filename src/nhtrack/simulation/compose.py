@@ -10,7 +10,7 @@ import numpy as np
 from nhtrack import assets
 from nhtrack.diffdrive.identification import Parts
 from nhtrack.ground import Patch
-from nhtrack.simulation.palette import GRIP, ICE, robot_colour
+from nhtrack.simulation.palette import GRIP, ICE
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -48,12 +48,12 @@ def compose(spec: SceneSpec, robot_file: Path, drive: DiffDrive, parts: Parts) -
             robot.model = name
             _set_contacts(robot, spec, parts)
             _set_wheels(robot, spec, drive, parts)
-            _paint(robot, robot_colour(index))
+            _paint(robot, spec.colour(index))
             if spec.payload is not None:
                 _add_payload(robot, parts.chassis, spec.payload, drive.wheel_radius)
             _attach(arena, robot, spec, drive, parts)
     if spec.virtual_root:
-        _add_marker(arena, spec.robots[0], drive.half_separation)
+        _add_marker(arena, spec, drive.half_separation)
     _add_cameras(arena, spec.bounds)
     return arena
 
@@ -189,10 +189,10 @@ def _attach(arena: Any, robot: Any, spec: SceneSpec, drive: DiffDrive, parts: Pa
     frame.add("joint", name="yaw", type="hinge", axis=(0, 0, 1))
 
 
-def _add_marker(arena: Any, name: str, radius: float) -> None:
+def _add_marker(arena: Any, spec: SceneSpec, radius: float) -> None:
     """Adds the moving marker of a virtual leader, a body of its name as wide as the robots' axle."""
-    body = arena.worldbody.add("body", name=name, mocap=True)
-    look = {"rgba": (*_rgb(robot_colour(0)), 0.6), "contype": 0, "conaffinity": 0, "group": 2}
+    body = arena.worldbody.add("body", name=spec.robots[0], mocap=True)
+    look = {"rgba": (*_rgb(spec.colour(0)), 0.6), "contype": 0, "conaffinity": 0, "group": 2}
     body.add("geom", type="cylinder", size=(radius, 0.002), pos=(0, 0, 0.002), **look)
     arrow = (0, 0, radius / 5, 1.4 * radius, 0, radius / 5)
     body.add("geom", type="capsule", size=(0.12 * radius,), fromto=arrow, **look)

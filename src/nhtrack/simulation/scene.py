@@ -19,6 +19,7 @@ from nhtrack.diffdrive.identification import Parts, identify_parts
 from nhtrack.errors import RobotError, did_you_mean
 from nhtrack.ground import Ground, Patch
 from nhtrack.simulation.compose import compose, loaded_robot
+from nhtrack.simulation.palette import robot_colour
 
 # Robots are placed this far into the floor [m], so that every contact is active in the first step; at exactly zero
 # distance rounding would decide which are, and the robot would fall on the others.
@@ -64,6 +65,7 @@ class SceneSpec:
         no_load_speed: of each wheel [rad/s], or None for the robot's own.
         compensation: what the wheel torques are computed for: `nominal` (the robot as its file has it, on a level
             floor) or `actual` (its payload and the slope as well).
+        colours: each robot's place in the palette, shape n; empty where a robot's place here is its place there.
     """
 
     robots: tuple[str, ...]
@@ -84,6 +86,7 @@ class SceneSpec:
     torque_limit: float | None = None
     no_load_speed: float | None = None
     compensation: str = "nominal"
+    colours: tuple[int, ...] = ()
 
     def to_json(self) -> str:
         """Returns the spec as one line of JSON."""
@@ -102,6 +105,10 @@ class SceneSpec:
     def bodies(self) -> tuple[str, ...]:
         """Names of the robots that have a body in the scene."""
         return self.robots[1:] if self.virtual_root else self.robots
+
+    def colour(self, place: int) -> str:
+        """Returns the colour `#RRGGBB` in which the robot at a place of `robots` is drawn."""
+        return robot_colour(self.colours[place] if self.colours else place)
 
     @property
     def ground(self) -> Ground:

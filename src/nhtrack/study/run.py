@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-import contextlib
 import importlib.metadata
-import json
 import platform
-import tempfile
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -15,29 +12,40 @@ from typing import Any
 import numpy as np
 
 from nhtrack.diffdrive import DiffDrive
-from nhtrack.errors import NhtrackError, SimulationDiverged
+from nhtrack.errors import RenderError, SimulationDiverged
 from nhtrack.events import find_events, sentences
 from nhtrack.metrics import summary
-from nhtrack.recording import Recording, atomic_path, make_recording
+from nhtrack.recording import Recording, make_recording
 from nhtrack.rollout import Progress, Rollout
 from nhtrack.scenario.build import Experiment, build
 from nhtrack.scenario.load import load
-from nhtrack.scenario.schema import Scenario
+from nhtrack.scenario.schema import Scenario, Video
 from nhtrack.scenario.stance import stance_warnings
 from nhtrack.simulation.ideal import IdealSimulation
 from nhtrack.simulation.mujoco import MujocoSimulation
 from nhtrack.simulation.scene import Scene, make_scene
 from nhtrack.study.demand import predictions
 from nhtrack.study.feasibility import plant_of, with_time
+from nhtrack.study.folder import OutputError, claimed_folder, clear, fresh_folder, save_json
+
+__all__ = [
+    "Outcome",
+    "OutputError",
+    "Stage",
+    "fresh_folder",
+    "make_film",
+    "run",
+    "run_scenario",
+    "save_json",
+    "simulate",
+    "versions",
+    "warnings",
+]
 
 # What a stage of a run is called on the screen, and a way to report how far it is.
 Stage = Callable[[str], Progress]
 
 _VERSIONED = ("nhtrack", "mujoco", "numpy", "scipy", "dm-control", "array-api-compat")
-
-
-class OutputError(NhtrackError):
-    """A results folder that cannot be used."""
 
 
 @dataclass(frozen=True)
@@ -135,16 +143,9 @@ def run_scenario(
     Raises:
         OutputError: the folder has files in it, or cannot be written to; nothing is run.
     """
-    folder = fresh_folder(scenario.name) if out is None else _claimed(out, overwrite)
-    try:
+    with claimed_folder(scenario.name, out, overwrite) as folder:
         outcome = simulate(scenario, stage)
-    except BaseException:
-        with contextlib.suppress(OSError):  # leave no empty folder behind, nor touch one that is not
-            folder.rmdir()
-            if out is None:
-                folder.parent.rmdir()
-        raise
-    _clear(folder)
+    clear(folder)
     files = [outcome.recording.save(folder / "recording.nc"), save_json(folder / "summary.json", outcome.summary)]
     skipped: list[str] = []
     if figures:
@@ -152,7 +153,7 @@ def run_scenario(
         files += drawn
         skipped += reason
     if video and outcome.recording.outcome == "completed":
-        film, reason = _film(scenario, outcome.recording, folder, stage)
+        film, reason = make_film(outcome.recording, scenario.video, folder / "video.mp4", stage)
         files += film
         skipped += reason
     return replace(outcome, folder=folder, files=tuple(files), skipped=tuple(skipped))
@@ -167,13 +168,6 @@ def warnings(scenario: Scenario, experiment: Experiment, twin: Rollout, drive: D
     if twin.failure is not None:
         found = (*found, f"the ideal twin diverged ({twin.failure}): from there on nothing is compared with it")
     return (*found, *predictions(scenario, experiment, twin, drive))
-
-
-def save_json(path: Path, tree: Any) -> Path:
-    """Writes a tree as indented JSON; the file appears under its name only once it is whole."""
-    with atomic_path(path) as temporary:
-        temporary.write_text(json.dumps(tree, indent=2, allow_nan=False) + "\n")
-    return path
 
 
 def _roll(
@@ -233,43 +227,6 @@ def versions() -> dict[str, str]:
     return {"python": platform.python_version()} | {name: importlib.metadata.version(name) for name in _VERSIONED}
 
 
-def fresh_folder(name: str) -> Path:
-    """Makes and returns `runs/<name>-<n>` with the first free n; two runs at once get two folders."""
-    parent = Path("runs")
-    parent.mkdir(exist_ok=True)
-    n = 1
-    while True:
-        folder = parent / f"{name}-{n}"
-        try:
-            folder.mkdir()
-        except FileExistsError:
-            n += 1
-        else:
-            return folder
-
-
-def _claimed(out: Path, overwrite: bool) -> Path:
-    """Returns a results folder that exists and can be written to, found out before anything is run."""
-    if not overwrite and out.exists() and (not out.is_dir() or any(out.iterdir())):
-        raise OutputError(f"{out} exists already; choose another --out, or --force to write into it")
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryFile(dir=out):
-            pass
-    except OSError as error:
-        raise OutputError(f"cannot write results into {out}: {error.strerror}") from error
-    return out
-
-
-def _clear(folder: Path) -> None:
-    """Removes the results of an earlier run, so that a folder never holds files of two."""
-    for name in ("recording.nc", "summary.json", "video.mp4"):
-        (folder / name).unlink(missing_ok=True)
-    for figure in (folder / "figures").glob("*.p*"):
-        if figure.suffix in (".png", ".pdf"):
-            figure.unlink()
-
-
 def _figures(recording: Recording, folder: Path) -> tuple[list[Path], list[str]]:
     """Returns the figures, or the reason why there are none: a run gone wild has numbers that no axis can show."""
     from nhtrack.plots import save_figures
@@ -280,25 +237,22 @@ def _figures(recording: Recording, folder: Path) -> tuple[list[Path], list[str]]
         return [], [f"no figures: {error}"]
 
 
-def _film(
-    scenario: Scenario, recording: Recording, folder: Path, stage: Stage | None
+def make_film(
+    recording: Recording, wanted: Video, path: Path, stage: Stage | None = None
 ) -> tuple[list[Path], list[str]]:
-    """Returns the film, or the reason why there is none: a machine without GL still gets its numbers."""
-    from nhtrack.errors import RenderError
+    """Returns the film, or the reason why there is none: a machine without GL still gets its numbers.
+
+    Args:
+        recording: what to film.
+        wanted: how.
+        path: file to write, ending in .mp4.
+        stage: see `simulate`.
+    """
     from nhtrack.video import render
 
-    wanted = scenario.video
     progress = stage("video") if stage is not None else None
+    look: dict[str, Any] = {"camera": wanted.camera, "size": wanted.size, "fps": wanted.fps, "speed": wanted.speed}
     try:
-        film = render(
-            recording,
-            folder / "video.mp4",
-            camera=wanted.camera,
-            size=wanted.size,
-            fps=wanted.fps,
-            speed=wanted.speed,
-            progress=progress,
-        )
+        return [render(recording, path, **look, progress=progress)], []
     except RenderError as error:
         return [], [f"no video: {error}"]
-    return [film], []

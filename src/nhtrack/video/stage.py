@@ -10,7 +10,6 @@ import numpy as np
 
 from nhtrack import gl, se2
 from nhtrack.errors import RenderError
-from nhtrack.simulation.palette import robot_colour
 from nhtrack.simulation.scene import Scene
 from nhtrack.video.camera import CameraPath
 from nhtrack.video.timeline import Timeline
@@ -124,7 +123,7 @@ class Stage:
             so_far = int(np.searchsorted(trail.time, now, side="right"))
             way = np.vstack([trail.points[:so_far], self._timeline.pose[frame, place, :2]])
             height = np.full((len(way), 1), self._scale * (_TRAIL_HEIGHT + 0.0002 * place))
-            self._add_line(np.hstack([way, height]), _rgba(place, 1.0), 1.6 * width if place == 0 else width)
+            self._add_line(np.hstack([way, height]), self._rgba(place, 1.0), 1.6 * width if place == 0 else width)
 
     def _add_pointers(self, frame: int) -> None:
         """Adds discs and chevrons on the floor: where small robots are and head, and whose place the root holds."""
@@ -134,14 +133,14 @@ class Stage:
         poses = self._timeline.pose[frame]
         shares = share * fading(poses[:, :2] / scale)
         shares[0] = 1.0 if self._scene.marker is not None else shares[0]  # a marker's heading is its chevron's
-        self._add_disc(poses[0], max(scale * _DISC, 1.15 * radius), scale * 0.0006, _rgba(0, 0.55))
+        self._add_disc(poses[0], max(scale * _DISC, 1.15 * radius), scale * 0.0006, self._rgba(0, 0.55))
         size = max(scale * _NH_MINI, radius)
         for place in map(int, np.flatnonzero(shares)):
             if place:
                 height = scale * (0.0008 + 0.0002 * place)
-                self._add_disc(poses[place], size, height, _rgba(place, 0.5 * shares[place]))
+                self._add_disc(poses[place], size, height, self._rgba(place, 0.5 * shares[place]))
             points = np.column_stack([se2.act(poses[place][None], size * _CHEVRON), np.full(3, scale * _TRAIL_HEIGHT)])
-            self._add_line(points, _rgba(place, shares[place]), 1.6 * width)
+            self._add_line(points, self._rgba(place, shares[place]), 1.6 * width)
 
     def _add_disc(self, pose: np.ndarray, radius: float, height: float, rgba: np.ndarray) -> None:
         size, centre = np.array([radius, 0.0002, 0.0]), np.array([pose[0], pose[1], height])
@@ -156,6 +155,10 @@ class Stage:
             mujoco.mjv_initGeom(geom, line, nothing, nothing, identity, rgba * _LINE_SHADE)
             geom.category, geom.emission, geom.specular = mujoco.mjtCatBit.mjCAT_DECOR, 0.0, 0.0
             mujoco.mjv_connector(geom, line, width, start, end)
+
+    def _rgba(self, place: int, alpha: float) -> np.ndarray:
+        colour = self._scene.spec.colour(place)
+        return np.array([*(int(colour[i : i + 2], 16) / 255 for i in (1, 3, 5)), alpha], np.float32)
 
     def _next_geom(self) -> mujoco.MjvGeom:
         self._visual.ngeom += 1
@@ -194,11 +197,6 @@ def _looks(scene: Scene) -> list[tuple[np.ndarray, np.ndarray]]:
         materials = np.unique(model.geom_matid[own & (model.geom_matid >= 0)])
         looks.append((materials, np.flatnonzero(own & (model.geom_matid < 0))))
     return looks
-
-
-def _rgba(place: int, alpha: float) -> np.ndarray:
-    colour = robot_colour(place)
-    return np.array([*(int(colour[i : i + 2], 16) / 255 for i in (1, 3, 5)), alpha], np.float32)
 
 
 def _set_quality(scene: Scene, size: tuple[int, int], distance: np.ndarray) -> None:
