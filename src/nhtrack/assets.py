@@ -7,6 +7,7 @@ from pathlib import Path
 from nhtrack.errors import NhtrackError, did_you_mean
 
 _PACKAGE = Path(__file__).parent
+_CAMPAIGNS = "campaign/"  # folder of scenarios/ whose files are campaigns
 
 
 class AssetError(NhtrackError):
@@ -50,8 +51,12 @@ def find_robot(name: str) -> Path:
 
 def bundled_scenarios() -> tuple[str, ...]:
     """Returns the names of the bundled scenarios, such as `paper/example1`."""
-    root = scenarios_directory()
-    return tuple(sorted(path.relative_to(root).with_suffix("").as_posix() for path in root.rglob("*.yaml")))
+    return tuple(name for name in _bundled_files() if not name.startswith(_CAMPAIGNS))
+
+
+def bundled_campaigns() -> tuple[str, ...]:
+    """Returns the names of the bundled campaigns, such as `campaign/ideal`."""
+    return tuple(name for name in _bundled_files() if name.startswith(_CAMPAIGNS))
 
 
 def find_scenario(name: str) -> Path:
@@ -60,8 +65,26 @@ def find_scenario(name: str) -> Path:
     Raises:
         AssetError: no such scenario.
     """
-    if name not in bundled_scenarios():
-        raise AssetError(f"no bundled scenario {name!r}; {did_you_mean(name, bundled_scenarios())}")
+    return _find("scenario", name, bundled_scenarios())
+
+
+def find_campaign(name: str) -> Path:
+    """Returns the file of a bundled campaign.
+
+    Raises:
+        AssetError: no such campaign.
+    """
+    return _find("campaign", name, bundled_campaigns())
+
+
+def _bundled_files() -> tuple[str, ...]:
+    root = scenarios_directory()
+    return tuple(sorted(path.relative_to(root).with_suffix("").as_posix() for path in root.rglob("*.yaml")))
+
+
+def _find(kind: str, name: str, bundled: tuple[str, ...]) -> Path:
+    if name not in bundled:
+        raise AssetError(f"no bundled {kind} {name!r}; {did_you_mean(name, bundled)}")
     return scenarios_directory() / f"{name}.yaml"
 
 

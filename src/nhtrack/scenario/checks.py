@@ -39,15 +39,15 @@ def findings(tree: Any, directory: FilePath) -> Iterator[Finding]:
     """
     if not isinstance(tree, Mapping):
         return
-    clock = _Clock.of(tree)
-    yield from _clock_findings(clock)
+    clock = Clock.of(tree)
+    yield from clock_findings(clock)
     yield from _network_findings(tree)
-    yield from _robot_findings(tree, directory)
-    yield from _input_findings(tree, clock)
+    yield from robot_findings(tree, directory)
+    yield from input_findings(lookup(tree, _INPUT), clock, _INPUT)
 
 
 @dataclass(frozen=True)
-class _Clock:
+class Clock:
     """The times a tree gives, None where it gives no positive number; defaults where it gives nothing.
 
     Attributes:
@@ -63,7 +63,8 @@ class _Clock:
     timestep: float | None
 
     @classmethod
-    def of(cls, tree: Mapping[str, Any]) -> _Clock:
+    def of(cls, tree: Mapping[str, Any]) -> Clock:
+        """Returns the times of a tree."""
         return cls(
             _positive(lookup(tree, ("duration",))),
             _positive(lookup(tree, ("similarity", "time"), Similarity.model_fields["time"].default)),
@@ -104,7 +105,7 @@ def _is_finite(value: Any) -> bool:
         return False
 
 
-def _clock_findings(clock: _Clock) -> Iterator[Finding]:
+def clock_findings(clock: Clock) -> Iterator[Finding]:
     """Yields faults of durations and rates that do not fit each other."""
     rate, timestep = clock.control_rate, clock.timestep
     if rate is not None and timestep is not None:
@@ -181,7 +182,8 @@ def _names(value: Any) -> tuple[str, ...]:
     return tuple(value) if readable else ()
 
 
-def _robot_findings(tree: Mapping[str, Any], directory: FilePath) -> Iterator[Finding]:
+def robot_findings(tree: Mapping[str, Any], directory: FilePath) -> Iterator[Finding]:
+    """Yields why a tree's robot cannot be found, driven, or stand on its ground."""
     robot = lookup(tree, ("robot",), Scenario.model_fields["robot"].default)
     if not isinstance(robot, str) or not robot:
         return
@@ -216,21 +218,26 @@ def is_robot_file(robot: str) -> bool:
     return robot.endswith(".xml")
 
 
-def _input_findings(tree: Mapping[str, Any], clock: _Clock) -> Iterator[Finding]:
-    """Yields faults of inputs on the control grid: no finite value, or a table that does not cover it."""
-    times, given = clock.times, lookup(tree, _INPUT)
+def input_findings(given: Any, clock: Clock, at: Path) -> Iterator[Finding]:
+    """Yields faults of inputs on the control grid: no finite value, or a table that does not cover it.
+
+    Args:
+        given: the raw input.
+        clock: the times of the run.
+        at: path of the input.
+    """
     if not isinstance(given, Mapping):
         return
     if "table" in given:
-        yield from _table_findings(given, times)
-    elif times is not None:
+        yield from _table_findings(given, clock.times, at)
+    elif clock.times is not None:
         for name in ("u_x", "u_theta"):
             signal = _signal(given.get(name))
             try:
                 if signal is not None:
-                    signal(times)
+                    signal(clock.times)
             except ReferenceInputError as error:
-                yield (*_INPUT, name), str(error)
+                yield (*at, name), str(error)
 
 
 def _signal(value: Any) -> Signal | None:
@@ -243,12 +250,12 @@ def _signal(value: Any) -> Signal | None:
         return None
 
 
-def _table_findings(given: Mapping[str, Any], times: np.ndarray | None) -> Iterator[Finding]:
+def _table_findings(given: Mapping[str, Any], times: np.ndarray | None, place: Path) -> Iterator[Finding]:
     """Yields faults of a table: columns that do not match, times out of order, rows missing at either end."""
     columns = [lookup(given, ("table", name)) for name in ("t", "u_x", "u_theta")]
     if not all(isinstance(column, list) and column and all(map(_is_finite, column)) for column in columns):
         return  # the schema's fault to report
-    t, at = columns[0], (*_INPUT, "table")
+    t, at = columns[0], (*place, "table")
     try:
         for values in columns[1:]:
             Table(tuple(t), tuple(values))

@@ -7,9 +7,11 @@ rewritten. Comments, layout, quotes and line ends stay.
 from __future__ import annotations
 
 import codecs
+import io
 import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 from ruamel.yaml import YAML
 from ruamel.yaml.nodes import MappingNode, Node, ScalarNode
@@ -17,6 +19,7 @@ from ruamel.yaml.nodes import MappingNode, Node, ScalarNode
 from nhtrack.errors import NhtrackError
 from nhtrack.recording import atomic_path
 from nhtrack.scenario.load import load_text
+from nhtrack.scenario.schema import Scenario
 
 
 class EditError(NhtrackError):
@@ -79,6 +82,15 @@ def with_law_gains(text: str, gains: Mapping[str, float], marker: str, remarks: 
     for begin, end, new in sorted(changes, reverse=True):
         text = text[:begin] + new + text[end:]
     return text
+
+
+def scenario_text(scenario: Scenario) -> str:
+    """Returns a scenario file that says what a scenario does, without the keys that are at their defaults."""
+    yaml: Any = YAML(typ="safe", pure=True)
+    yaml.default_flow_style, yaml.sort_base_mapping_type_on_output, yaml.width = None, False, 120
+    text = io.StringIO()
+    yaml.dump(scenario.model_dump(mode="json", exclude_defaults=True), text)
+    return text.getvalue()
 
 
 def shown_number(value: float) -> str:

@@ -3,19 +3,21 @@
 from __future__ import annotations
 
 import copy
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path as FilePath
-from typing import Any
+from typing import Any, Generic, TypeVar
 
 from pydantic import ValidationError
 from ruamel.yaml.error import YAMLError
 
 from nhtrack import assets
 from nhtrack.errors import Fault, ScenarioError, did_you_mean
-from nhtrack.scenario.checks import findings, is_robot_file
+from nhtrack.scenario.campaign import Campaign, campaign_findings
+from nhtrack.scenario.checks import Finding, findings, is_robot_file
 from nhtrack.scenario.csv_table import read_table
 from nhtrack.scenario.messages import shape_faults
-from nhtrack.scenario.schema import Scenario
+from nhtrack.scenario.schema import Scenario, Section
 from nhtrack.scenario.tree import (
     Document,
     Path,
@@ -26,6 +28,32 @@ from nhtrack.scenario.tree import (
     parse_yaml,
     plain_value,
 )
+
+Kind = TypeVar("Kind", bound=Section)
+
+
+@dataclass(frozen=True)
+class _Form(Generic[Kind]):
+    """A kind of file: its sections, and what its keys mean together."""
+
+    model: type[Kind]
+    findings: Callable[[Any, FilePath], Iterator[Finding]]
+    bundled: Callable[[], tuple[str, ...]]
+    find: Callable[[str], FilePath]
+
+
+_SCENARIO = _Form(Scenario, findings, assets.bundled_scenarios, assets.find_scenario)
+_CAMPAIGN = _Form(Campaign, campaign_findings, assets.bundled_campaigns, assets.find_campaign)
+
+
+def load_campaign(source: str | FilePath, overrides: Sequence[str] = ()) -> Campaign:
+    """Returns the campaign of a YAML file, or of a bundled campaign by name (`campaign/ideal`); as `load`.
+
+    Raises:
+        ScenarioError: everything wrong with it.
+    """
+    path = _path_of(source, _CAMPAIGN)
+    return _load_document(parse_yaml(_read(path)), path, path.parent, overrides, _CAMPAIGN)
 
 
 def load(source: str | FilePath, overrides: Sequence[str] = ()) -> Scenario:
@@ -41,7 +69,7 @@ def load(source: str | FilePath, overrides: Sequence[str] = ()) -> Scenario:
     Raises:
         ScenarioError: everything wrong with it.
     """
-    path = _scenario_path(source)
+    path = _path_of(source, _SCENARIO)
     return load_text(_read(path), source=path, directory=path.parent, overrides=overrides)
 
 
@@ -62,7 +90,7 @@ def load_text(
     Raises:
         ScenarioError: everything wrong with it.
     """
-    return _load_document(parse_yaml(text), source, directory or FilePath.cwd(), overrides)
+    return _load_document(parse_yaml(text), source, directory or FilePath.cwd(), overrides, _SCENARIO)
 
 
 def load_tree(
@@ -76,7 +104,8 @@ def load_tree(
     Raises:
         ScenarioError: everything wrong with it.
     """
-    return _load_document(Document(copy.deepcopy(dict(tree))), source, directory or FilePath.cwd(), overrides)
+    document = Document(copy.deepcopy(dict(tree)))
+    return _load_document(document, source, directory or FilePath.cwd(), overrides, _SCENARIO)
 
 
 def apply_overrides(tree: Any, overrides: Iterable[str]) -> Any:
@@ -137,28 +166,28 @@ def _assign(tree: Any, path: Path, value: Any) -> None:
 
 
 def _load_document(
-    document: Document, source: str | FilePath, directory: FilePath, overrides: Sequence[str]
-) -> Scenario:
-    """Returns the scenario of a parsed file; runs every check that still can."""
+    document: Document, source: str | FilePath, directory: FilePath, overrides: Sequence[str], form: _Form[Kind]
+) -> Kind:
+    """Returns what a parsed file says; runs every check that still can."""
     if document.tree is None:
         raise ScenarioError(source, document.faults or [Fault(0, 0, "", "the file is empty")])
     tree = apply_overrides(document.tree, overrides)
     changed = {parse_override(text)[0]: text for text in overrides}
     problems: list[tuple[Path, str]] = []
-    scenario = None
+    loaded = None
     tree = _resolve(tree, directory, problems)
     try:
-        scenario = Scenario.model_validate(tree)
+        loaded = form.model.model_validate(tree)
     except ValidationError as error:
         problems += shape_faults(tree, error)
     known = {path for path, _ in problems}
-    problems += [(path, message) for path, message in findings(tree, directory) if path not in known]
+    problems += [(path, message) for path, message in form.findings(tree, directory) if path not in known]
     faults = document.faults + [
         _placed(path, message, document, changed) for path, message in problems if path not in document.unreadable
     ]
-    if faults or scenario is None:
+    if faults or loaded is None:
         raise ScenarioError(source, list(dict.fromkeys(faults)))
-    return scenario
+    return loaded
 
 
 def _placed(path: Path, message: str, document: Document, changed: Mapping[Path, str]) -> Fault:
@@ -190,18 +219,18 @@ def _resolve(tree: Any, directory: FilePath, problems: list[tuple[Path, str]]) -
     return resolved
 
 
-def _scenario_path(source: str | FilePath) -> FilePath:
-    """Returns the file meant by a path or by the name of a bundled scenario."""
-    path = FilePath(source)
+def _path_of(source: str | FilePath, form: _Form[Any]) -> FilePath:
+    """Returns the file meant by a path or by the name of a bundled file."""
+    path, kind = FilePath(source), form.model.__name__.lower()
     if path.is_dir():
-        raise ScenarioError(source, [Fault(0, 0, "", "this is a directory; name a scenario file in it")])
+        raise ScenarioError(source, [Fault(0, 0, "", f"this is a directory; name a {kind} file in it")])
     if path.exists():
         return path
-    name = str(source)
-    if name in assets.bundled_scenarios():
-        return assets.find_scenario(name)
-    hint = did_you_mean(name.removesuffix(".yaml"), assets.bundled_scenarios())
-    raise ScenarioError(source, [Fault(0, 0, "", f"no such file, and no bundled scenario of that name; {hint}")])
+    name, bundled = str(source), form.bundled()
+    if name in bundled:
+        return form.find(name)
+    hint = did_you_mean(name.removesuffix(".yaml"), bundled)
+    raise ScenarioError(source, [Fault(0, 0, "", f"no such file, and no bundled {kind} of that name; {hint}")])
 
 
 def _read(path: FilePath) -> str:

@@ -133,7 +133,9 @@ Rectangle: TypeAlias = Annotated[
 Edges: TypeAlias = Annotated[tuple[Edge, Edge, Edge], Field(strict=False), _values("x", "y", "z")]
 Weight: TypeAlias = Annotated[float, Field(ge=0, le=1)]
 PlanarTwist: TypeAlias = Annotated[tuple[float, float], Field(strict=False)]
+RunName: TypeAlias = Annotated[str, AfterValidator(_printable)]
 Name: TypeAlias = Annotated[str, AfterValidator(_robot_name)]
+Backend: TypeAlias = Literal["mujoco", "ideal"]
 Formula: TypeAlias = Annotated[str, AfterValidator(_formula)]
 TimeScale: TypeAlias = Annotated[
     Annotated[float, Field(gt=0), Tag("<time>")] | Annotated[Literal["auto"], Tag("<auto>")],
@@ -608,11 +610,11 @@ class Video(Section):
 class Scenario(Section):
     """One experiment: who moves, by what law, on which ground, for how long."""
 
-    name: Annotated[str, AfterValidator(_printable)] = Field(description="names the run and its results folder")
+    name: RunName = Field(description="names the run and its results folder")
     description: str = Field(default="", description="one line for people, shown by `nhtrack list`")
     duration: float = Field(gt=0, description="how long the run lasts [scenario time]")
     similarity: Similarity = Field(default=Similarity(), description="scenario units to metres and seconds")
-    backend: Literal["mujoco", "ideal"] = Field(
+    backend: Backend = Field(
         default="mujoco",
         description="`mujoco`: wheels, friction, motors; `ideal`: the integrator the theory speaks of",
     )

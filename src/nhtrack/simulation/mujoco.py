@@ -49,13 +49,17 @@ class MujocoSimulation:
         dt: control period [s], a whole number of physics steps.
         batch: () for one scene, (b,) for b of them side by side.
         threads: threads that step the batch.
+        outlive: let a simulation of the batch that diverges stand still where it was, as in `Kinematics`, so that the
+            others can go on; else it raises SimulationDiverged.
 
     Raises:
         ValueError: dt is not a whole number of physics steps.
     """
 
-    def __init__(self, scene: Scene, dt: float, batch: tuple[int, ...] = (), threads: int = 1) -> None:
-        self.scene, self.drive, self.dt, self.batch = scene, scene.drive, dt, batch
+    def __init__(
+        self, scene: Scene, dt: float, batch: tuple[int, ...] = (), threads: int = 1, *, outlive: bool = False
+    ) -> None:
+        self.scene, self.drive, self.dt, self.batch, self._outlive = scene, scene.drive, dt, batch, outlive
         self.names, self.ground = scene.spec.robots, scene.spec.ground
         self._h = scene.spec.timestep
         self.substeps = round(dt / self._h)
@@ -87,7 +91,7 @@ class MujocoSimulation:
     def reset(self, state: State) -> State:
         """Places the robots level on the floor, rolling without slip at their twists; see `Simulation.reset`."""
         require_rolling(state)
-        self._start, self._periods = state.t, 0
+        self._start, self._periods, self._lost = state.t, 0, np.zeros(self.batch or 1, dtype=bool)
         self._g, self._xi = self._batched(state.g), self._batched(state.xi)
         g, xi = self._g[:, self._bodies], self._xi[:, self._bodies]
         self._engine.reset(stage=mujoco.mjtStage.mjSTAGE_NONE)
@@ -108,6 +112,9 @@ class MujocoSimulation:
     def step(self, u: Array) -> State:
         """Drives the robots through one control period; see `Simulation.step`."""
         command = self._batched(u)
+        if self._outlive:
+            self._lose(~np.isfinite(command).all(axis=(-2, -1)))
+            command[self._lost] = 0
         require_finite_command(command, self.names, self.time)
         u, self._u_root = command[:, self._bodies], command[:, :1]
         self._clear_log()
@@ -118,9 +125,16 @@ class MujocoSimulation:
         self._u, self._periods = u, self._periods + 1
         self._read_state()
         self._move_root()
+        if self._outlive:
+            self._lose(self._fallen())
         state = self._state()
         self._require_upright(state)
         return state
+
+    @property
+    def lost(self) -> Array:
+        """Which simulations have diverged and stand still, shape () or (b,)."""
+        return self._unbatched(self._lost).copy()
 
     @property
     def qpos(self) -> Array:
@@ -271,7 +285,7 @@ class MujocoSimulation:
     def _require_upright(self, state: State) -> None:
         """Raises SimulationDiverged for engine warnings, states that are not finite, and robots on their sides."""
         require_finite(state, self.names)
-        warned = np.argwhere(self._warnings[..., 1] > 0)
+        warned = np.argwhere((self._warnings[..., 1] > 0) & ~self._lost[:, None])
         if len(warned):
             simulation, kind = warned[0]
             what = mujoco.mjtWarning(int(kind)).name.removeprefix("mjWARN_").lower()
@@ -280,6 +294,26 @@ class MujocoSimulation:
         if len(tipped):
             simulation, robot = tipped[0]
             raise SimulationDiverged("tipped over", self.scene.spec.bodies[robot], state.t, int(simulation))
+
+    def _fallen(self) -> Array:
+        """Returns in which simulations something is wrong of which `_require_upright` would speak, shape (b,)."""
+        finite = np.isfinite(self._g).all(axis=(-2, -1)) & np.isfinite(self._xi).all(axis=(-2, -1))
+        upright = (self._tilt() <= TIPPED).all(axis=-1)
+        return ~finite | ~upright | (self._warnings[..., 1] > 0).any(axis=-1)
+
+    def _lose(self, fallen: Array) -> None:
+        """Counts simulations as lost, and lets all that are stand where they were before their last period."""
+        self._lost |= fallen
+        if not self._lost.any():
+            return
+        lost = self._lost
+        self._g[lost], self._xi[lost] = self._g_before[lost], 0.0
+        g, nothing = self._g[lost][:, self._bodies], np.zeros((int(lost.sum()), len(self.scene.spec.bodies), 2))
+        self._qpos[lost], self._qvel[lost] = self.scene.qpos_of(g, nothing), 0.0
+        self._engine.bind("qacc_warmstart")[lost] = 0.0
+        for velocity in (self._velocity, self._omega, self._velocity_before, self._omega_before):
+            velocity[lost] = 0.0
+        self._place_marker()
 
     def _tilt(self) -> Array:
         """Angle between the robots' vertical axes and the floor's normal [rad], shape (b, p)."""
