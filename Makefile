@@ -51,7 +51,7 @@ bench: $(DEV)  ## run every script in benchmarks/
 	@for script in $(sort $(wildcard benchmarks/*.py)); do $(BIN)/python "$$script" || exit 1; done
 
 docs: $(DEV)  ## write the generated pages of docs/ anew
-	@$(BIN)/python -m nhtrack.scenario.documentation docs/scenario.md
+	@$(BIN)/python -m nhtrack.scenario.documentation docs
 	@for script in $(sort $(wildcard docs/generate_*.py)); do $(BIN)/python "$$script" || exit 1; done
 	@$(BIN)/nhtrack paper --out $(VENV)/paper --no-pdf --force
 	@$(BIN)/nhtrack paper --from $(VENV)/paper --out docs --no-pdf --force

@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 import json
 import math
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +18,7 @@ from nhtrack import assets
 from nhtrack.errors import ScenarioError
 from nhtrack.ground import Ground, Patch
 from nhtrack.scenario.build import build, make_scene_spec
-from nhtrack.scenario.documentation import COMMAND, json_schema, reference_page
+from nhtrack.scenario.documentation import COMMAND, campaign_page, json_schema, scenario_page
 from nhtrack.scenario.load import apply_overrides, load, load_text, load_tree
 from nhtrack.scenario.schema import PublishedLaw, Scenario, Segment, SignalInput, TableInput
 from nhtrack.scenario.stance import stance_warnings, support_loads
@@ -441,6 +442,7 @@ def test_physical_numbers_name_their_unit() -> None:
                 assert "[" in value["description"], f"{name}.{key} has no unit"
 
 
-def test_the_reference_page_is_current() -> None:
-    page = Path(__file__).parents[2] / "docs" / "scenario.md"
-    assert page.read_text(encoding="utf-8") == reference_page(), f"run: {COMMAND}"
+@pytest.mark.parametrize(("file", "page"), [("scenario.md", scenario_page), ("campaign.md", campaign_page)])
+def test_the_reference_pages_are_current(file: str, page: Callable[[], str]) -> None:
+    path = Path(__file__).parents[2] / "docs" / file
+    assert path.read_text(encoding="utf-8") == page(), f"run: {COMMAND}"

@@ -15,31 +15,38 @@ from nhtrack.cli.app import EXIT_SCENARIO, app, fail
 from nhtrack.errors import ScenarioError
 
 if TYPE_CHECKING:
+    from nhtrack.scenario.campaign import Campaign
     from nhtrack.scenario.schema import Scenario
 
 
 @app.command()
 def validate(
-    files: Annotated[list[str], typer.Argument(metavar="FILE...", help="Scenario files or bundled names.")],
+    files: Annotated[list[str], typer.Argument(metavar="FILE...", help="Scenario or campaign files or bundled names.")],
 ) -> None:
-    """Check scenarios and report every fault with its line; nothing is run or written."""
-    from nhtrack.scenario.load import load
+    """Check scenarios and campaigns and report every fault with its line; nothing is run or written."""
+    from nhtrack.scenario.load import load_either
 
     faulty = False
     for source in files:
         try:
-            scenario = load(source)
+            loaded = load_either(source)
         except ScenarioError as error:
             faulty = True
             typer.echo(str(error), err=True)
         else:
-            typer.echo(f"{source}: ok ({_account(scenario)})")
+            typer.echo(f"{source}: ok ({_account(loaded)})")
     if faulty:
         raise typer.Exit(EXIT_SCENARIO)
 
 
-def _account(scenario: Scenario) -> str:
-    """Returns what a scenario amounts to on the robot."""
+def _account(loaded: Scenario | Campaign) -> str:
+    """Returns what a scenario amounts to on the robot, or how much a campaign asks for."""
+    from nhtrack.scenario.campaign import Campaign
+
+    if isinstance(loaded, Campaign):
+        runs = len(loaded.laws) * len(loaded.families) * loaded.starts.count
+        return f"{len(loaded.laws)} laws, {len(loaded.families)} references, {runs} runs, {loaded.backend} backend"
+    scenario = loaded
     auto = scenario.similarity.time == "auto"
     time = "a time yet to be found" if auto else f"{scenario.periods / scenario.control_rate:g} s"
     count = len(scenario.followers)
@@ -49,11 +56,14 @@ def _account(scenario: Scenario) -> str:
 @app.command()
 def schema(
     out: Annotated[Path | None, typer.Option(help="Write to this file instead of the terminal.")] = None,
+    campaign: Annotated[bool, typer.Option("--campaign", help="Of campaign files.")] = False,
 ) -> None:
     """Print the JSON Schema of scenario files, for editors that complete and check them."""
+    from nhtrack.scenario.campaign import Campaign
     from nhtrack.scenario.documentation import json_schema
+    from nhtrack.scenario.schema import Scenario
 
-    text = json.dumps(json_schema(), indent=2)
+    text = json.dumps(json_schema(Campaign if campaign else Scenario), indent=2)
     if out is None:
         typer.echo(text)
     else:
@@ -88,14 +98,15 @@ def _write(path: Path, text: str) -> None:
 
 @app.command("list")
 def list_assets() -> None:
-    """List the bundled scenarios and robots."""
+    """List the bundled scenarios, campaigns and robots."""
     from nhtrack import assets
-    from nhtrack.scenario.load import load
+    from nhtrack.scenario.load import load, load_campaign
 
     scenarios = [(name, load(name).description) for name in assets.bundled_scenarios()]
+    campaigns = [(name, load_campaign(name).description) for name in assets.bundled_campaigns()]
     robots = [(name, assets.robot_description(name)) for name in assets.robots()]
     console = Console()
-    for title, rows in (("Scenarios", scenarios), ("Robots", robots)):
+    for title, rows in (("Scenarios", scenarios), ("Campaigns", campaigns), ("Robots", robots)):
         table = Table(title=title, title_justify="left", box=None, show_header=False, padding=(0, 2))
         table.add_column(no_wrap=True, style="bold")
         table.add_column()

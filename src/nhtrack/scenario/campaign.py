@@ -6,6 +6,7 @@ mean the same; everything is in scenario units.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping
 from pathlib import Path as FilePath
 from typing import Annotated, Any, TypeAlias
@@ -30,6 +31,7 @@ from nhtrack.scenario.schema import (
 )
 from nhtrack.scenario.tree import lookup
 
+_LABEL = re.compile(r"[A-Za-z][A-Za-z0-9_ -]{0,39}\Z")  # it names files
 BUNDLED = (*FAMILIES, RANDOM)
 
 
@@ -83,6 +85,12 @@ class Tuning(Section):
     seed: int = Field(default=1, ge=0, description="seed of their starts, and of the search [1]")
 
 
+def _label(text: str) -> str:
+    if not _LABEL.match(text):
+        raise fault(f"expected a letter and up to 39 letters, digits, spaces, '-' or '_', got {text!r}")
+    return text
+
+
 def _bundled_family(name: str) -> str:
     if name not in BUNDLED:
         raise fault(f"no family {name!r}; {did_you_mean(name, BUNDLED)}")
@@ -93,7 +101,7 @@ FamilyChoice: TypeAlias = Annotated[
     Annotated[str, AfterValidator(_bundled_family), Tag("<family name>")] | Annotated[Family, Tag("<family>")],
     Discriminator(lambda value: "<family name>" if isinstance(value, str) else "<family>"),
 ]
-Label: TypeAlias = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_ -]{0,39}$")]
+Label: TypeAlias = Annotated[str, AfterValidator(_label)]
 
 
 class Campaign(Section):

@@ -1,6 +1,6 @@
-"""The JSON Schema of scenario files, and docs/scenario.md written from it.
+"""The JSON Schemas of scenario and campaign files, and docs/scenario.md and docs/campaign.md written from them.
 
-`python -m nhtrack.scenario.documentation docs/scenario.md` writes the page.
+`python -m nhtrack.scenario.documentation docs` writes the pages.
 """
 
 from __future__ import annotations
@@ -12,34 +12,42 @@ from pathlib import Path
 from typing import Any
 
 from nhtrack.reference import CONSTANTS, FUNCTIONS
-from nhtrack.scenario.schema import Scenario
+from nhtrack.scenario.campaign import Campaign
+from nhtrack.scenario.schema import Scenario, Section
 
-COMMAND = "python -m nhtrack.scenario.documentation docs/scenario.md"
+COMMAND = "python -m nhtrack.scenario.documentation docs"
 
 _BOUNDS = {"exclusiveMinimum": ">", "minimum": ">=", "exclusiveMaximum": "<", "maximum": "<="}
 
 
-def json_schema() -> dict[str, Any]:
-    """Returns the JSON Schema (draft 2020-12) of a scenario file."""
-    schema = Scenario.model_json_schema()
-    return {"$schema": "https://json-schema.org/draft/2020-12/schema", **schema}
+def json_schema(model: type[Section] = Scenario) -> dict[str, Any]:
+    """Returns the JSON Schema (draft 2020-12) of a kind of file."""
+    return {"$schema": "https://json-schema.org/draft/2020-12/schema", **model.model_json_schema()}
 
 
-def reference_page() -> str:
+def scenario_page() -> str:
     """Returns docs/scenario.md: every section of a scenario file, every key with type, default and meaning."""
-    schema = json_schema()
-    parts = [_INTRODUCTION.format(command=COMMAND)]
-    parts += [_section(name, part) for name, part in _sections(schema)]
     functions = ", ".join(f"`{name}`" for name in sorted(FUNCTIONS))
     constants = ", ".join(f"`{name}`" for name in ("t", *CONSTANTS))
-    parts.append(_FORMULAS.format(functions=functions, constants=constants))
-    return "\n".join(parts)
+    sections = [_section(name, part) for name, part in _sections("Scenario", json_schema(Scenario))]
+    formulas = _FORMULAS.format(functions=functions, constants=constants)
+    return "\n".join([_INTRODUCTION.format(command=COMMAND), *sections, formulas])
 
 
-def _sections(schema: Mapping[str, Any]) -> Iterator[tuple[str, Mapping[str, Any]]]:
-    """Yields every section after the one that first speaks of it, the whole scenario first."""
-    waiting: list[tuple[str, Mapping[str, Any]]] = [("Scenario", schema)]
-    seen = {"Scenario"}
+def campaign_page() -> str:
+    """Returns docs/campaign.md: the sections that a campaign file has and a scenario file has not."""
+    shared = {"Scenario", *json_schema(Scenario)["$defs"]}
+    parts = [(name, part) for name, part in _sections("Campaign", json_schema(Campaign)) if name not in shared]
+    text = "\n".join([_CAMPAIGNS.format(command=COMMAND), *(_section(name, part) for name, part in parts)])
+    for name in shared:  # sections that scenarios have as well are described there
+        text = text.replace(f"](#{name.lower()})", f"](scenario.md#{name.lower()})")
+    return text
+
+
+def _sections(whole: str, schema: Mapping[str, Any]) -> Iterator[tuple[str, Mapping[str, Any]]]:
+    """Yields every section after the one that first speaks of it, the whole file first."""
+    waiting: list[tuple[str, Mapping[str, Any]]] = [(whole, schema)]
+    seen = {whole}
     while waiting:
         name, part = waiting.pop(0)
         yield name, part
@@ -89,6 +97,8 @@ def _type(value: Mapping[str, Any]) -> str:
         if "prefixItems" in value:
             return f"list of {len(value['prefixItems'])}: {_type(value['prefixItems'][0])}"
         return f"list of {_type(value['items'])}"
+    if value.get("type") == "object":
+        return f"`label: section` lines, each {_type(value['additionalProperties'])}"
     words = {
         "number": "number",
         "integer": "whole number",
@@ -113,6 +123,16 @@ Scenario units are whatever lengths and times the file is written in; `similarit
 seconds. Angles are radians. A relative path starts from the file's folder.
 """
 
+_CAMPAIGNS = """# Campaign files
+
+<!-- Written by `{command}`; do not edit. -->
+
+A campaign is a scenario with one follower whose law, reference and start vary: one YAML file, run with `nhtrack campaign`,
+checked like a scenario (`nhtrack validate`, `nhtrack schema --campaign`). Where its leader begins is the origin, heading
+along x. What comes of it is told in [convergence.md](convergence.md). Sections that scenarios have as well are in
+[scenario.md](scenario.md).
+"""
+
 _FORMULAS = """## Formulas
 
 Where a formula is allowed, it is arithmetic in {constants} with `+ - * / // % **`, comparisons (chained ones
@@ -122,4 +142,5 @@ is asked at the middle of every control period, in scenario time, and must be fi
 
 
 if __name__ == "__main__":
-    Path(sys.argv[1]).write_text(reference_page(), encoding="utf-8")
+    for file, page in (("scenario.md", scenario_page()), ("campaign.md", campaign_page())):
+        (Path(sys.argv[1]) / file).write_text(page, encoding="utf-8")

@@ -43,6 +43,7 @@ class _Form(Generic[Kind]):
 
 
 _SCENARIO = _Form(Scenario, findings, assets.bundled_scenarios, assets.find_scenario)
+_CAMPAIGN_FAULT = Fault(0, 0, "", "this is a campaign; run it with `nhtrack campaign`")
 _CAMPAIGN = _Form(Campaign, campaign_findings, assets.bundled_campaigns, assets.find_campaign)
 
 
@@ -54,6 +55,25 @@ def load_campaign(source: str | FilePath, overrides: Sequence[str] = ()) -> Camp
     """
     path = _path_of(source, _CAMPAIGN)
     return _load_document(parse_yaml(_read(path)), path, path.parent, overrides, _CAMPAIGN)
+
+
+def is_campaign(tree: Any) -> bool:
+    """Returns whether a file's tree is meant as a campaign: it has several laws, where a scenario has one."""
+    return isinstance(tree, dict) and "laws" in tree and "law" not in tree
+
+
+def load_either(source: str | FilePath) -> Scenario | Campaign:
+    """Returns what a file says, or a bundled file of that name: a scenario or a campaign.
+
+    Raises:
+        ScenarioError: everything wrong with it.
+    """
+    if str(source) in assets.bundled_campaigns():
+        return load_campaign(source)
+    path = FilePath(source)
+    if path.is_file() and is_campaign(parse_yaml(_read(path)).tree):
+        return load_campaign(source)
+    return load(source)
 
 
 def load(source: str | FilePath, overrides: Sequence[str] = ()) -> Scenario:
@@ -171,6 +191,8 @@ def _load_document(
     """Returns what a parsed file says; runs every check that still can."""
     if document.tree is None:
         raise ScenarioError(source, document.faults or [Fault(0, 0, "", "the file is empty")])
+    if form is _SCENARIO and is_campaign(document.tree):
+        raise ScenarioError(source, [_CAMPAIGN_FAULT])
     tree = apply_overrides(document.tree, overrides)
     changed = {parse_override(text)[0]: text for text in overrides}
     problems: list[tuple[Path, str]] = []
@@ -229,6 +251,8 @@ def _path_of(source: str | FilePath, form: _Form[Any]) -> FilePath:
     name, bundled = str(source), form.bundled()
     if name in bundled:
         return form.find(name)
+    if form is _SCENARIO and name in assets.bundled_campaigns():
+        raise ScenarioError(source, [_CAMPAIGN_FAULT])
     hint = did_you_mean(name.removesuffix(".yaml"), bundled)
     raise ScenarioError(source, [Fault(0, 0, "", f"no such file, and no bundled {kind} of that name; {hint}")])
 

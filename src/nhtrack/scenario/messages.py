@@ -56,7 +56,7 @@ def tree_path(tree: Any, loc: tuple[str | int, ...]) -> Path:
     for i, step in enumerate(loc):
         here = lookup(tree, path)
         known = isinstance(step, int) or (isinstance(here, Mapping) and step in here)
-        if known or (i == len(loc) - 1 and not str(step).startswith("<")):
+        if known or (i == len(loc) - 1 and not str(step).startswith(("<", "["))):
             path.append(step)
     return tuple(path)
 
@@ -82,7 +82,7 @@ def _message(tree: Any, loc: tuple[str | int, ...], problem: Any) -> str:
     if kind == "literal_error":
         return f"no such choice as {shown(given)}; {did_you_mean(str(given), _choices(context))}"
     if kind == "union_tag_invalid":
-        return f"no {name} called {context['tag']!r}; {did_you_mean(context['tag'], _choices(context))}"
+        return f"no law called {context['tag']!r}; {did_you_mean(context['tag'], _choices(context))}"
     if kind == "union_tag_not_found":
         return f"expected a section with a `name`, got {shown(given)}"
     return _wrong_type(kind, loc, given, str(problem["msg"]))

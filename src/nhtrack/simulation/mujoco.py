@@ -113,7 +113,7 @@ class MujocoSimulation:
         """Drives the robots through one control period; see `Simulation.step`."""
         command = self._batched(u)
         if self._outlive:
-            self._lose(~np.isfinite(command).all(axis=(-2, -1)))
+            self._lose(~np.isfinite(command).all(axis=(-2, -1)), self._g)
             command[self._lost] = 0
         require_finite_command(command, self.names, self.time)
         u, self._u_root = command[:, self._bodies], command[:, :1]
@@ -126,7 +126,7 @@ class MujocoSimulation:
         self._read_state()
         self._move_root()
         if self._outlive:
-            self._lose(self._fallen())
+            self._lose(self._fallen(), self._g_before)
         state = self._state()
         self._require_upright(state)
         return state
@@ -301,13 +301,13 @@ class MujocoSimulation:
         upright = (self._tilt() <= TIPPED).all(axis=-1)
         return ~finite | ~upright | (self._warnings[..., 1] > 0).any(axis=-1)
 
-    def _lose(self, fallen: Array) -> None:
-        """Counts simulations as lost, and lets all that are stand where they were before their last period."""
+    def _lose(self, fallen: Array, where: Array) -> None:
+        """Counts simulations as lost, and lets all that are stand at the poses `where`, shape (b, n, 3)."""
         self._lost |= fallen
         if not self._lost.any():
             return
         lost = self._lost
-        self._g[lost], self._xi[lost] = self._g_before[lost], 0.0
+        self._g[lost], self._xi[lost] = where[lost], 0.0
         g, nothing = self._g[lost][:, self._bodies], np.zeros((int(lost.sum()), len(self.scene.spec.bodies), 2))
         self._qpos[lost], self._qvel[lost] = self.scene.qpos_of(g, nothing), 0.0
         self._engine.bind("qacc_warmstart")[lost] = 0.0

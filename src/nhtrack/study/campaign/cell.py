@@ -64,6 +64,7 @@ class Cell:
         """
         campaign, family = self.campaign, self.campaign.family(self.family)
         twist = (0.0, 0.0) if family is None else family.twist
+        leader = Start(pose=(0.0, 0.0, 0.0), twist=twist)
         names = [FOLLOWER] if len(starts) == 1 else [f"{FOLLOWER}{start}" for start in starts]
         return Scenario(
             name=f"{campaign.name}-{self.label}-{self.family}-{'-'.join(map(str, starts[:3]))}".replace(" ", "_"),
@@ -73,7 +74,7 @@ class Cell:
             robot=campaign.robot,
             physics=campaign.physics,
             control_rate=campaign.control_rate,
-            leader=Leader(virtual=virtual, start=Start(pose=(0.0, 0.0, 0.0), twist=twist), input=self._input(starts[0])),
+            leader=Leader(virtual=virtual, start=leader, input=self._input(starts[0])),
             followers=tuple(
                 Follower(name=name, parents=("leader",), start=self._start(start))
                 for name, start in zip(names, starts, strict=True)

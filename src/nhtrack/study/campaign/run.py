@@ -33,6 +33,9 @@ from nhtrack.study.tune import tune
 
 PART = {"ideal": 2500, "mujoco": 250}  # starts in a part: few enough for the caches, and to lose little when stopped
 
+# What gains depend on, with the time scale; neither backend nor starts.
+_TUNED_BY = ("duration", "robot", "physics", "control_rate", "laws", "families", "tuning")
+
 Key = tuple[str, str]
 Task = TypeVar("Task")
 Result = TypeVar("Result")
@@ -74,6 +77,7 @@ def run_campaign(
     folder: Path,
     stage: Callable[[str], Progress] | None = None,
     processes: int | None = None,
+    tuned_by: Path | None = None,
 ) -> Results:
     """Runs a campaign into a folder; what is there of it already is kept.
 
@@ -85,14 +89,17 @@ def run_campaign(
         folder: where to; one that holds another campaign is refused.
         stage: called with the name of each stage; returns what to report its progress to.
         processes: how many at once; one for each core by default.
+        tuned_by: folder of a campaign whose gains are taken: the same laws, families, time scale and tuning.
 
     Raises:
-        CampaignError: the folder holds another campaign.
+        CampaignError: the folder holds another campaign, or what was tuned is not the same.
         FeasibilityError: `time: auto`, and no time scale fits.
         TuningError: a law to be tuned has no ranges.
     """
     report = stage or (lambda name: lambda done, total: None)
     campaign = _claim(campaign, folder, report)
+    if tuned_by is not None:
+        _take_gains(campaign, tuned_by, folder)
     workers = processes or os.cpu_count() or 1
     gains = _tuned(campaign, folder, report("tuning"), workers)
     cells = {key: Cell(campaign, *key, gains.get(key, {})) for key in product(campaign.laws, campaign.family_names)}
@@ -209,6 +216,20 @@ def _tuned(campaign: Campaign, folder: Path, progress: Progress, workers: int) -
     missing = [_Search(campaign, *key, path) for key, path in paths.items() if not path.exists()]
     _all(missing, _search, progress, workers)
     return {key: json.loads(path.read_text())["gains"] for key, path in paths.items()}
+
+
+def _take_gains(campaign: Campaign, source: Path, folder: Path) -> None:
+    """Copies the gains that another campaign found for the same laws, families, time scale and tuning."""
+    account = source / "campaign.json"
+    if not account.is_file():
+        raise CampaignError(f"{source} holds no campaign")
+    held, asked = json.loads(account.read_text()), campaign.model_dump(mode="json")
+    changed = [key for key in _TUNED_BY if held["asked"][key] != asked[key]]
+    changed += ["similarity.time"] if held["time_scale"] != campaign.similarity.time_scale else []
+    if changed:
+        raise CampaignError(f"{source} was tuned for something else: {', '.join(changed)} differ")
+    for path in sorted((source / "tuning").glob("*.json")):
+        save_json(folder / "tuning" / path.name, json.loads(path.read_text()))
 
 
 class _Search(NamedTuple):

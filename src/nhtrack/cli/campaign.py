@@ -1,0 +1,80 @@
+"""The command that tries laws against references from many random starts."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+from rich.console import Console
+
+from nhtrack.cli.app import app
+from nhtrack.cli.screen import make_table, progress_bars, show_quantity, show_share
+from nhtrack.cli.studies import Changes
+
+if TYPE_CHECKING:
+    from nhtrack.study.campaign.run import Results
+
+
+@app.command()
+def campaign(
+    file: Annotated[str, typer.Argument(help="A campaign file, or a bundled name (`nhtrack list`).")],
+    out: Annotated[
+        Path | None, typer.Option(help="Results folder; by default runs/campaign-<name>/. One begun is gone on with.")
+    ] = None,
+    changes: Changes = None,
+    tuned_by: Annotated[
+        Path | None,
+        typer.Option(metavar="DIR", exists=True, file_okay=False, help="Take the gains that this campaign has tuned."),
+    ] = None,
+    processes: Annotated[int | None, typer.Option(min=1, help="How many at once; by default one a core.")] = None,
+    no_figures: Annotated[bool, typer.Option("--no-figures", help="Draw no figures.")] = False,
+) -> None:
+    """Try laws against references from many random starts; stopped, the same command goes on."""
+    from nhtrack.scenario.load import load_campaign
+    from nhtrack.study.campaign.run import run_campaign
+
+    loaded = load_campaign(file, list(changes or []))
+    folder = out or Path("runs") / f"campaign-{loaded.name}"
+    with progress_bars() as stage:
+        results = run_campaign(loaded, folder, stage, processes, tuned_by)
+    _print(results, Console())
+    written = list(results.files)
+    if not no_figures:
+        from nhtrack.plots.campaign import save_campaign_figures
+
+        written += save_campaign_figures(results.runs, results.cells, folder / "figures")
+    for path in written:
+        typer.echo(f"wrote {path}")
+
+
+def _print(results: Results, console: Console) -> None:
+    """Prints a table for each law, and the command that repeats its worst run."""
+    for label in results.campaign.laws:
+        table = make_table(f"{label}: {results.campaign.starts.count} starts against each reference")
+        for heading in ("reference", "converged", "95 %", "worst late", "heading", "settled", "last", "friction"):
+            table.add_column(heading, justify="left" if heading == "reference" else "right", no_wrap=True)
+        table.add_column("switches", justify="right")
+        rows: list[dict[str, Any]] = results.cells[results.cells["law"] == label].to_dict("records")
+        for row in rows:
+            table.add_row(*_row(row), style=None if row["share"] == 1 else "yellow")
+        console.print(table)
+    console.print("The worst run of each law again:", highlight=False)
+    for path in results.worst.values():
+        console.print(f"  nhtrack run {path}", highlight=False, soft_wrap=True, markup=False)
+
+
+def _row(row: dict[str, Any]) -> tuple[str, ...]:
+    """Returns the cells of a row: shares, errors in scenario units, times, peak utilisation, switches."""
+    known = {name: None if value != value else value for name, value in row.items()}  # NaN is not equal to itself
+    return (
+        row["family"],
+        f"{row['converged']}",
+        f"{100 * row['share_low']:.4g}-{100 * row['share_high']:.4g}",
+        show_quantity(known["late_position_max"], ""),
+        show_quantity(known["late_heading_max"], "rad"),
+        show_quantity(known["settling_median"], ""),
+        show_quantity(known["settling_max"], ""),
+        show_share(row["utilisation_max"]),
+        f"{row['switches_median']:g}-{row['switches_max']:g}",
+    )

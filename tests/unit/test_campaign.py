@@ -1,0 +1,378 @@
+"""Campaigns: starts and references drawn, figures against recordings, tables by hand, work gone on with."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import tolerances as tol
+from nhtrack.errors import SimulationDiverged
+from nhtrack.recording import Recording
+from nhtrack.rollout import rollout
+from nhtrack.scenario.build import build, make_reference
+from nhtrack.scenario.campaign import Campaign, Starts
+from nhtrack.scenario.edit import scenario_text
+from nhtrack.scenario.families import FAMILIES, RANDOM
+from nhtrack.scenario.load import load_campaign, load_text
+from nhtrack.simulation.mujoco import MujocoSimulation
+from nhtrack.simulation.scene import make_scene
+from nhtrack.simulation.state import State
+from nhtrack.study.campaign import run as campaigns
+from nhtrack.study.campaign.cell import Cell
+from nhtrack.study.campaign.draw import draw_pieces, draw_starts
+from nhtrack.study.campaign.run import CampaignError, measure, run_campaign
+from nhtrack.study.campaign.tables import COLUMNS, cells_of, worst_first
+from nhtrack.study.run import run
+
+CASE = """
+name: case
+duration: 12
+similarity: {length: 0.1, time: 0.9}
+laws:
+  universal: {name: universal, limits: {utilisation: 0.5}}
+  k: {name: kanayama}
+families: [sinus, random]
+starts: {count: 6, seed: 3, special: 0.5}
+arrival: {last: 3}
+"""
+
+
+def case(tmp_path: Path, *overrides: str) -> Campaign:
+    path = tmp_path / "case.yaml"
+    path.write_text(CASE)
+    return load_campaign(path, overrides)
+
+
+def replayed(cell: Cell, start: int) -> Recording:
+    """Returns the recording of one start, by way of the text of its scenario."""
+    return run(load_text(scenario_text(cell.scenario(start))))
+
+
+# -- starts and references --------------------------------------------------------------------------
+
+
+def test_the_first_starts_of_many_are_those_of_few() -> None:
+    few, many = (draw_starts(Starts(count=count, seed=5)) for count in (70, 500))
+    np.testing.assert_array_equal(few.pose, many.pose[:70])
+    np.testing.assert_array_equal(few.twist, many.twist[:70])
+    pieces = [draw_pieces(Starts(count=count, seed=5), 30.0, 0.01) for count in (7, 50)]
+    np.testing.assert_array_equal(pieces[0].ends, pieces[1].ends[:7])
+    np.testing.assert_array_equal(pieces[0].values, pieces[1].values[:7])
+
+
+def test_starts_fill_the_disc_evenly() -> None:
+    starts = Starts(count=20_000, seed=1, radius=4.0, speed=0.5, turning=2.0, special=0.0)
+    pose, twist = draw_starts(starts)
+    radius = np.hypot(pose[:, 0], pose[:, 1])
+    spread = 4 / np.sqrt(starts.count)  # four standard deviations of a share
+    assert radius.max() <= 4.0
+    assert np.mean(radius < 2.0) == pytest.approx(0.25, abs=spread)
+    assert np.mean(pose[:, 2] > 0) == pytest.approx(0.5, abs=spread)
+    assert 0.499 < np.abs(twist[:, 0]).max() <= 0.5
+    assert 1.99 < np.abs(twist[:, 1]).max() <= 2.0
+
+
+def test_special_starts_are_what_they_are_said_to_be() -> None:
+    pose, twist = draw_starts(Starts(count=1000, seed=2))
+    block = np.arange(1000) % 50
+    on_leader, opposite = np.isin(block, (0, 3)), np.isin(block, (1, 3, 4))
+    assert (pose[on_leader, :2] == 0).all()
+    assert set(np.abs(pose[opposite, 2])) == {np.pi}
+    assert set(pose[opposite, 2]) == {np.pi, -np.pi}
+    assert (pose[np.isin(block, (2, 4)), 1] == 0).all()
+    at_rest = (twist == 0).all(axis=1)
+    assert (at_rest[block < 5]).mean() == 0.5
+    assert not at_rest[block >= 5].any()
+    ordinary = pose[block >= 5]
+    assert (ordinary[:, 1] != 0).all()
+
+
+def test_a_random_reference_is_that_of_its_scenario() -> None:
+    starts, duration, period = Starts(count=5, seed=9), 40.0, 0.0125
+    pieces = draw_pieces(starts, duration, period)
+    periods = round(duration / period)
+    sampled = pieces.sample(periods, slice(1, 4))
+    assert sampled.shape == (periods, 3, 2)
+    campaign = Campaign.model_validate({
+        "name": "c", "duration": duration, "laws": {"u": {"name": "universal"}}, "families": ["random"],
+        "starts": starts, "control_rate": 80.0,
+    })  # fmt: skip
+    middles = (np.arange(periods) + 0.5) * period
+    for start in (1, 2, 3):
+        given = make_reference(Cell(campaign, "u", RANDOM).scenario(start).leader.input).sample(middles)
+        np.testing.assert_array_equal(given, sampled[:, start - 1])
+
+
+def test_random_references_keep_their_bounds_and_come_to_a_stop() -> None:
+    period = 0.01
+    pieces = draw_pieces(Starts(count=200, seed=4), 80.0, period)
+    twist = pieces.sample(8000, slice(0, 200)).cumsum(axis=0) * period
+    assert 1.45 < np.abs(twist[..., 0]).max() < 1.5 + tol.HAND
+    assert 0.97 < np.abs(twist[..., 1]).max() < 1.0 + tol.HAND
+    stands = (np.abs(twist[..., 0]) < tol.HAND) & (pieces.sample(8000, slice(0, 200))[..., 0] == 0)
+    assert stands.any(axis=0).mean() > 0.9
+
+
+def test_every_bundled_family_is_a_reference_with_its_twist(tmp_path: Path) -> None:
+    campaign = case(tmp_path, "families=" + json.dumps([*FAMILIES, RANDOM]))
+    speeds = {}
+    for name in campaign.family_names:
+        experiment = build(Cell(campaign, "universal", name).scenario(0))
+        u = experiment.similarity.inputs_to_scenario(experiment.inputs)
+        start = experiment.similarity.twists_to_scenario(experiment.start.xi[0])
+        step = campaign.duration / len(u)
+        speeds[name] = tuple(np.round(start[[0, 2]] + u.sum(axis=0) * step, 2))
+    assert speeds["rest"] == (0, 0)
+    assert speeds["line"] == (1, 0)
+    assert speeds["circle"] == (1, 0.5)
+    assert speeds["spin"] == (0, 0.5)
+    assert speeds["slow-decay"] == (pytest.approx(1 / 13, abs=0.01),) * 2
+
+
+# -- figures ----------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("label", "family", "backend"),
+    [
+        ("universal", "random", "ideal"),
+        ("k", "sinus", "ideal"),
+        pytest.param("universal", "random", "mujoco", marks=pytest.mark.slow),
+    ],
+)
+def test_figures_are_those_of_the_recorded_run(label: str, family: str, backend: str, tmp_path: Path) -> None:
+    campaign = case(tmp_path, f"backend={backend}", "physics.timestep=0.002")
+    cell = Cell(campaign, label, family)
+    rows = measure(cell, slice(0, 6))
+    assert list(rows.columns) == list(COLUMNS)
+    for start in (0, 2, 5):
+        row, recording = rows.iloc[start], replayed(cell, start)
+        error, u = recording["error"].values[:, 1], recording["input"].values[:-1, 1]
+        distance, heading = np.hypot(error[:, 0], error[:, 1]) / 0.1, np.abs(error[:, 2])
+        late = recording.time / 0.9 > 9 - 1e-9
+        assert row["late_position"] == distance[late].max()
+        assert row["late_heading"] == heading[late].max()
+        outside = np.flatnonzero((distance > 0.01) | (heading > 0.02))
+        settled = (outside[-1] + 1) / 1080 * 12
+        if outside[-1] == 1080:
+            assert np.isnan(row["settling_time"])
+        else:
+            assert row["settling_time"] == pytest.approx(settled, rel=tol.HAND)
+        assert row["converged"] == bool((distance[late] <= 0.01).all() and (heading[late] <= 0.02).all())
+        used = np.nanmax(recording["friction_utilisation"].values[:, 1])
+        assert row["peak_utilisation"] == pytest.approx(used, rel=tol.HAND)
+        effort = np.sqrt((u**2).mean(axis=0)) * np.array([0.9**2 / 0.1, 0.9**2])
+        np.testing.assert_allclose(row[["effort_x", "effort_theta"]].to_numpy(float), effort, rtol=tol.HAND)
+        pose, twist = recording["pose"].values[0, 1], recording["twist"].values[0, 1]
+        np.testing.assert_allclose(row[["x", "y", "theta"]].to_numpy(float), pose / [0.1, 0.1, 1], rtol=tol.HAND)
+        np.testing.assert_allclose(row[["v", "omega"]].to_numpy(float), twist[[0, 2]] * [9, 0.9], rtol=tol.HAND)
+
+
+def test_a_part_is_what_its_starts_are_alone(tmp_path: Path) -> None:
+    cell = Cell(case(tmp_path, "control_rate=50"), "universal", "random")
+    alone = pd.concat([measure(cell, slice(start, start + 1)) for start in range(4)], ignore_index=True)
+    pd.testing.assert_frame_equal(measure(cell, slice(0, 4)), alone, check_exact=True)
+
+
+def test_switches_are_changes_of_the_law_s_memory(tmp_path: Path) -> None:
+    cell = Cell(case(tmp_path, "duration=30", "control_rate=50"), "universal", "random")
+    experiment = cell.experiment(slice(0, 6))
+    counted, before = np.zeros(6), None
+
+    class Counting:
+        """The law, with an eye on its memory."""
+
+        def init(self, follower: object, leader: object) -> object:
+            return experiment.law.init(follower, leader)  # type: ignore[arg-type]
+
+        def __call__(self, follower: object, leader: object, memory: object) -> object:
+            nonlocal before, counted
+            u, after = experiment.law(follower, leader, memory)  # type: ignore[arg-type]
+            now = np.stack([np.asarray(entry, dtype=float)[:, 0] for entry in after])
+            if before is not None:
+                counted += (now != before).sum(axis=0)
+            before = now
+            return u, after
+
+    simulation = campaigns._simulation(experiment, "ideal")
+    rollout(simulation, Counting(), experiment.network, experiment.inputs, experiment.start)  # type: ignore[arg-type]
+    assert counted.max() > 2
+    np.testing.assert_array_equal(measure(cell, slice(0, 6))["switches"], counted)
+
+
+def test_a_lost_run_is_told_and_leaves_the_others_alone(tmp_path: Path) -> None:
+    overrides = ("laws.k={name: feedback_linearisation, v_min: 1.0e-4, k_inner: 20}", "starts.count=20")
+    cell = Cell(case(tmp_path, *overrides), "k", "sinus")
+    rows = measure(cell, slice(0, 20))
+    lost = rows["lost"].to_numpy()
+    assert 0 < lost.sum() < 20, "a test needs both"
+    assert not rows["converged"][lost].any()
+    assert rows[["late_position", "late_heading", "settling_time"]][lost].isna().all(axis=None)
+    kept = int(np.flatnonzero(~lost)[0])
+    pd.testing.assert_frame_equal(
+        rows.iloc[[kept]].reset_index(drop=True), measure(cell, slice(kept, kept + 1)), check_exact=True
+    )
+
+
+@pytest.mark.slow
+def test_on_wheels_a_lost_simulation_stands_still_and_the_others_go_on(tmp_path: Path) -> None:
+    experiment = Cell(case(tmp_path, "backend=mujoco"), "universal", "sinus").experiment(slice(0, 3))
+    scene = make_scene(experiment.scene)
+
+    def commands(k: int) -> np.ndarray:
+        u = np.zeros((3, 2, 2))
+        u[:, 1] = [0.2, 1.0]
+        if k == 20:
+            u[1, 1] = np.nan
+        return u
+
+    together = MujocoSimulation(scene, experiment.dt, (3,), outlive=True)
+    state, path = together.reset(experiment.start), []
+    for k in range(60):
+        state = together.step(commands(k))
+        path.append(state.g)
+    assert together.lost.tolist() == [False, True, False]
+    assert (path[-1][1] == path[19][1]).all()
+    assert (state.xi[1] == 0).all()
+    np.testing.assert_allclose(together.qvel[1], 0, atol=1e-3)  # it settles on its wheels
+    for member in (0, 2):
+        alone = MujocoSimulation(scene, experiment.dt, (1,))
+        single = alone.reset(State(0.0, experiment.start.g[[member]], experiment.start.xi[[member]]))
+        for k in range(60):
+            single = alone.step(commands(0)[[member]])
+        np.testing.assert_array_equal(single.g[0], path[-1][member])
+    strict = MujocoSimulation(scene, experiment.dt, (3,))
+    strict.reset(experiment.start)
+    with pytest.raises(SimulationDiverged):
+        strict.step(commands(20))
+
+
+# -- tables -----------------------------------------------------------------------------------------
+
+
+def rows(**columns: object) -> pd.DataFrame:
+    count = len(columns["converged"])  # type: ignore[arg-type]
+    plain = dict.fromkeys(COLUMNS, 0.0) | {"law": "a", "family": "f", "start": np.arange(count), "lost": False}
+    return pd.DataFrame(plain | columns, index=range(count))
+
+
+def test_shares_have_the_interval_of_wilson() -> None:
+    table = cells_of(rows(converged=[True] * 45 + [False] * 5), {("a", "f"): {"k": 2.0}}, backend="ideal")
+    (row,) = table.to_dict("records")
+    n, z, p = 50, 1.959963984540054, 0.9
+    centre, half = p + z**2 / (2 * n), z * np.sqrt(p * (1 - p) / n + z**2 / (4 * n**2))
+    assert row["share"] == 0.9
+    assert row["share_low"] == pytest.approx((centre - half) / (1 + z**2 / n), rel=tol.HAND)
+    assert row["share_high"] == pytest.approx((centre + half) / (1 + z**2 / n), rel=tol.HAND)
+    assert (row["gains"], row["backend"], row["starts"], row["converged"]) == ("k=2", "ideal", 50, 45)
+
+
+def test_the_worst_run_is_a_lost_one_then_the_farthest_then_the_slowest() -> None:
+    table = rows(
+        converged=[True, False, False, True, True],
+        lost=[False, False, True, False, False],
+        late_position=[0.004, 0.5, np.nan, 0.004, 1e-15],
+        settling_time=[3.0, np.nan, np.nan, 9.0, 20.0],
+    )
+    assert worst_first(table)["start"].tolist() == [2, 1, 3, 0, 4]
+
+
+# -- the work ---------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def done(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Returns the folder of a campaign that was run."""
+    folder = tmp_path_factory.mktemp("campaign")
+    run_campaign(case(folder), folder / "out", processes=2)
+    return folder
+
+
+@pytest.mark.slow
+def test_a_campaign_goes_on_where_it_was_left(done: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    out = done / "out"
+    runs, cells = (out / "runs.parquet").read_bytes(), (out / "cells.csv").read_bytes()
+    parts = sorted((out / "parts").iterdir())
+    assert len(parts) == 4
+    parts[1].unlink()
+    (out / "runs.parquet").unlink()
+    asked: list[Path] = []
+
+    def counted(tasks: list[campaigns.Part], work: object, *_: object) -> None:
+        for part in tasks:
+            asked.append(part.path)
+            campaigns.run_part(part)
+
+    monkeypatch.setattr(campaigns, "_all", counted)
+    results = run_campaign(case(done), out)
+    assert asked == [parts[1]]
+    assert (out / "runs.parquet").read_bytes() == runs
+    assert (out / "cells.csv").read_bytes() == cells
+    assert len(results.runs) == 24
+    assert set(results.worst) == {"universal", "k"}
+
+
+@pytest.mark.slow
+def test_the_worst_run_again_has_the_figures_of_the_table(done: Path) -> None:
+    table = pd.read_parquet(done / "out" / "runs.parquet")
+    for label in ("universal", "k"):
+        worst = worst_first(table[table["law"] == label]).iloc[0]
+        recording = run(done / "out" / "worst" / f"{label}.yaml")
+        error = recording["error"].values[recording.time / 0.9 > 9 - 1e-9, 1]
+        assert np.hypot(error[:, 0], error[:, 1]).max() / 0.1 == worst["late_position"]
+
+
+@pytest.mark.slow
+def test_another_campaign_is_not_mixed_in(done: Path, tmp_path: Path) -> None:
+    with pytest.raises(CampaignError, match="another campaign"):
+        run_campaign(case(done, "starts.seed=4"), done / "out")
+    (tmp_path / "full").mkdir()
+    (tmp_path / "full" / "letter.txt").write_text("dear")
+    with pytest.raises(CampaignError, match="holds no campaign"):
+        run_campaign(case(tmp_path), tmp_path / "full")
+    assert [path.name for path in (tmp_path / "full").iterdir()] == ["letter.txt"]
+
+
+@pytest.mark.slow
+def test_gains_are_tuned_once_and_taken_over(tmp_path: Path) -> None:
+    tuning = "tuning={laws: [k], budget: 8, starts: 2}"
+    plain = ("families=[sinus]", "starts.count=2", tuning)
+    first = run_campaign(case(tmp_path, *plain), tmp_path / "first", processes=1)
+    (account,) = (tmp_path / "first" / "tuning").glob("*.json")
+    gains = json.loads(account.read_text())["gains"]
+    shown = dict(item.split("=") for item in first.cells[first.cells["law"] == "k"]["gains"].iloc[0].split())
+    assert {name: float(value) for name, value in shown.items()} == gains
+    assert load_text((tmp_path / "first" / "worst" / "k.yaml").read_text()).law.model_dump().items() >= gains.items()
+    account.write_text(json.dumps({"gains": gains | {"k_x": 7.0}}))
+    second = run_campaign(
+        case(tmp_path, *plain, "starts.seed=8"), tmp_path / "second", processes=1, tuned_by=tmp_path / "first"
+    )
+    assert "k_x=7 " in second.cells[second.cells["law"] == "k"]["gains"].iloc[0]
+    with pytest.raises(CampaignError, match=r"duration, families differ"):
+        other = case(tmp_path, "families=[rest]", "duration=20", tuning)
+        run_campaign(other, tmp_path / "third", tuned_by=tmp_path / "first")
+
+
+@pytest.mark.slow
+def test_auto_takes_the_time_that_every_family_needs(tmp_path: Path) -> None:
+    auto = case(tmp_path, "similarity.time=auto", "families=[rest, stop-and-go]", "probes=3")
+    each = [campaigns.with_time(auto.model_copy(update={"families": (name,)})) for name in auto.family_names]
+    times = [campaign.similarity.time_scale for campaign in each]
+    assert campaigns.with_time(auto).similarity.time_scale == max(times)
+    assert 0.3 < min(times) < max(times) < 1.5
+
+
+@pytest.mark.slow
+def test_universal_converges_in_the_small_campaign(tmp_path: Path) -> None:
+    whole = load_campaign("campaign/small")
+    small = whole.model_copy(update={"laws": {"universal": whole.laws["universal"]}, "tuning": None})
+    results = run_campaign(small, tmp_path / "out", processes=2)
+    assert results.cells["family"].tolist() == ["rest", "sinus", "forward-reverse", "random"]
+    assert (results.cells["share"] == 1).all()
+    assert (results.cells["lost"] == 0).all()
+    assert (results.cells["saturated_share"] == 0).all()
+    assert results.cells["utilisation_max"].max() < 0.5
