@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from rich.console import Console
 
-from nhtrack.cli.app import app
+from nhtrack.cli.app import EXIT_INTERRUPTED, app, fail
 from nhtrack.cli.screen import make_table, progress_bars, show_quantity, show_share
 from nhtrack.cli.studies import Changes
 
@@ -36,8 +36,11 @@ def campaign(
 
     loaded = load_campaign(file, list(changes or []))
     folder = out or Path("runs") / f"campaign-{loaded.name}"
-    with progress_bars() as stage:
-        results = run_campaign(loaded, folder, stage, processes, tuned_by)
+    try:
+        with progress_bars() as stage:
+            results = run_campaign(loaded, folder, stage, processes, tuned_by)
+    except KeyboardInterrupt:
+        fail(f"interrupted; the same command goes on with what is in {folder}", EXIT_INTERRUPTED)
     _print(results, Console())
     written = list(results.files)
     if not no_figures:
@@ -52,9 +55,8 @@ def _print(results: Results, console: Console) -> None:
     """Prints a table for each law, and the command that repeats its worst run."""
     for label in results.campaign.laws:
         table = make_table(f"{label}: {results.campaign.starts.count} starts against each reference")
-        for heading in ("reference", "converged", "95 %", "worst late", "heading", "settled", "last", "friction"):
-            table.add_column(heading, justify="left" if heading == "reference" else "right", no_wrap=True)
-        table.add_column("switches", justify="right")
+        for heading in ("reference", "converged", "late", "heading", "settled", "at last", "friction", "switches"):
+            table.add_column(heading, justify="left" if heading == "reference" else "right")
         rows: list[dict[str, Any]] = results.cells[results.cells["law"] == label].to_dict("records")
         for row in rows:
             table.add_row(*_row(row), style=None if row["share"] == 1 else "yellow")
@@ -65,16 +67,15 @@ def _print(results: Results, console: Console) -> None:
 
 
 def _row(row: dict[str, Any]) -> tuple[str, ...]:
-    """Returns the cells of a row: shares, errors in scenario units, times, peak utilisation, switches."""
+    """Returns the cells of a row; of errors, the last time of arrival, utilisation and switches the largest."""
     known = {name: None if value != value else value for name, value in row.items()}  # NaN is not equal to itself
     return (
         row["family"],
         f"{row['converged']}",
-        f"{100 * row['share_low']:.4g}-{100 * row['share_high']:.4g}",
         show_quantity(known["late_position_max"], ""),
-        show_quantity(known["late_heading_max"], "rad"),
+        show_quantity(known["late_heading_max"], ""),
         show_quantity(known["settling_median"], ""),
         show_quantity(known["settling_max"], ""),
         show_share(row["utilisation_max"]),
-        f"{row['switches_median']:g}-{row['switches_max']:g}",
+        f"{row['switches_max']:g}",
     )
