@@ -62,10 +62,10 @@ def _followers_table(summary: dict[str, Any]) -> Table:
     for name, figures in summary["followers"].items():
         table.add_row(
             name,
-            _metres(figures["initial_position_error"]),
-            _metres(figures["final_position_error"]),
+            show_metres(figures["initial_position_error"]),
+            show_metres(figures["final_position_error"]),
             show_quantity(figures["final_heading_error"], "rad"),
-            _metres(figures["late_position_error"]),
+            show_metres(figures["late_position_error"]),
             show_quantity(figures["late_heading_error"], "rad"),
             show_quantity(figures["settling_time"], "s"),
         )
@@ -79,9 +79,9 @@ def _robots_table(summary: dict[str, Any]) -> Table:
     for name, figures in summary["robots"].items():
         table.add_row(
             name,
-            _metres(figures["path_length"]),
-            _metres(figures["gap_position_rms"]),
-            _metres(figures["gap_position_max"]),
+            show_metres(figures["path_length"]),
+            show_metres(figures["gap_position_rms"]),
+            show_metres(figures["gap_position_max"]),
             show_share(figures["peak_utilisation"]),
             show_share(figures["torque_saturation_share"]),
         )
@@ -122,7 +122,7 @@ def make_table(title: str) -> Table:
     return Table(title=title, title_justify="left", title_style="bold", box=None, padding=(0, 1))
 
 
-def _metres(value: float | None) -> str:
+def show_metres(value: float | None) -> str:
     """Returns a length in the unit that reads best."""
     if value is None:
         return "-"
