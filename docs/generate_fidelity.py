@@ -5,7 +5,6 @@ Run as `python docs/generate_fidelity.py`. The figures are those of `nhtrack fid
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -13,6 +12,7 @@ from pathlib import Path
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from pages import fill, table
 from rich.progress import Progress, track
 
 from nhtrack import assets
@@ -28,11 +28,6 @@ from nhtrack.study.run import versions
 PAGE = Path(__file__).with_name("fidelity.md")
 FIGURES = Path(__file__).with_name("figures")
 COLOURS = dict(zip(assets.robots(), ("#D55E00", "#0072B2", "#009E73", "#8A8A8A"), strict=False))
-
-
-def table(header: list[str], rows: list[list[str]]) -> str:
-    """Returns a Markdown table."""
-    return "\n".join(f"| {' | '.join(cells)} |" for cells in [header, ["---"] * len(header), *rows])
 
 
 def measured() -> list[Finding]:
@@ -204,29 +199,17 @@ def _draw_skid(axes: Axes) -> None:
 # -- the page ---------------------------------------------------------------------------------------
 
 
-def fill(text: str, marker: str, content: str) -> str:
-    """Returns the page with what stands between two markers replaced.
-
-    Raises:
-        ValueError: the page lacks the markers.
-    """
-    begin, end = f"<!-- begin: {marker} -->", f"<!-- end: {marker} -->"
-    pattern = re.compile(re.escape(begin) + ".*?" + re.escape(end), re.DOTALL)
-    if len(pattern.findall(text)) != 1:
-        raise ValueError(f"{PAGE.name}: expected one {begin} ... {end}")
-    return pattern.sub(lambda _: f"{begin}\n{content}\n{end}", text)
-
-
 def main() -> None:
     """Writes the page and its figures."""
     findings, robots = measured(), assets.robots()
     made_with = f"\n\nMuJoCo {versions()['mujoco']}."
-    text = PAGE.read_text(encoding="utf-8")
-    text = fill(text, "suite", findings_table(findings, robots) + made_with)
     nh_mini = [finding for finding in findings if finding.check.startswith("paper/")]
-    text = fill(text, "closed loop", findings_table(nh_mini, ("nh_mini",)) + made_with)
-    text = fill(text, "causes", split_by_cause("nh_mini") + made_with)
-    PAGE.write_text(text, encoding="utf-8")
+    parts = {
+        "suite": findings_table(findings, robots),
+        "closed loop": findings_table(nh_mini, ("nh_mini",)),
+        "causes": split_by_cause("nh_mini"),
+    }
+    fill(PAGE, {marker: content + made_with for marker, content in parts.items()})
     for name, draw in (("convergence", convergence), ("slips", slips)):
         draw().savefig(FIGURES / f"fidelity_{name}.png", dpi=130)
 

@@ -6,7 +6,6 @@ Run as `python docs/generate_theory.py`.
 from __future__ import annotations
 
 import itertools
-import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from math import pi
@@ -16,6 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.patches import Polygon
+from pages import fill
 from pydantic import TypeAdapter
 from rich.progress import track
 
@@ -377,28 +377,12 @@ def unit_defects(count: int = 400_000) -> tuple[np.ndarray, np.ndarray]:
 # -- the page ---------------------------------------------------------------------------------------
 
 
-def fill(text: str, marker: str, content: str) -> str:
-    """Returns the page with what stands between two markers replaced.
-
-    Raises:
-        ValueError: the page lacks the markers.
-    """
-    begin, end = f"<!-- begin: {marker} -->", f"<!-- end: {marker} -->"
-    pattern = re.compile(re.escape(begin) + ".*?" + re.escape(end), re.DOTALL)
-    if len(pattern.findall(text)) != 1:
-        raise ValueError(f"{PAGE.name}: expected one {begin} ... {end}")
-    return pattern.sub(lambda _: f"{begin}\n{content}\n{end}", text)
-
-
 def main() -> None:
     """Writes the page's tables and its figures."""
     FIGURES.mkdir(exist_ok=True)
     for draw in (limit_cycle, heading_bound, printed_twist):
         draw().savefig(FIGURES / f"theory_{draw.__name__}.png", dpi=150)
-    text = PAGE.read_text(encoding="utf-8")
-    for marker, table in (("theorem 1", convergence), ("scaling", scaling), ("damping", damping), ("rivals", rivals)):
-        text = fill(text, marker, table())
-    PAGE.write_text(text, encoding="utf-8")
+    fill(PAGE, {"theorem 1": convergence(), "scaling": scaling(), "damping": damping(), "rivals": rivals()})
 
 
 if __name__ == "__main__":
