@@ -65,6 +65,13 @@ def test_wheel_carries_every_file(unpacked_wheel: Path, folder: str) -> None:
 
 
 @pytest.mark.slow
+def test_wheel_carries_what_reports_are_made_of(unpacked_wheel: Path) -> None:
+    wanted = {path.name for path in ROOT.joinpath("src/nhtrack/report/assets").iterdir()}
+    assert {path.name for path in unpacked_wheel.joinpath("nhtrack/report/assets").iterdir()} == wanted
+    assert wanted
+
+
+@pytest.mark.slow
 def test_installed_package_finds_its_robots_outside_the_checkout(unpacked_wheel: Path, tmp_path: Path) -> None:
     # -S leaves the site packages out, and with them the checkout that is installed in place
     script = "from nhtrack import assets; print(assets.find_robot('nh_mini'))"

@@ -45,9 +45,9 @@ def test_a_run_that_fails_to_start_leaves_no_folder(tmp_path: Path) -> None:
 def test_a_folder_never_holds_the_files_of_two_runs(tmp_path: Path) -> None:
     """Old figures and film go; what is not ours stays."""
     (tmp_path / "figures").mkdir()
-    for name in ("video.mp4", "figures/slip.png", "figures/slip.pdf", "notes.txt"):
+    for name in ("video.mp4", "report.html", "figures/slip.png", "figures/slip.pdf", "notes.txt"):
         (tmp_path / name).write_text("old")
-    run_scenario(load("tour/hello", IDEAL), tmp_path, overwrite=True, figures=False, video=False)
+    run_scenario(load("tour/hello", IDEAL), tmp_path, overwrite=True, figures=False, video=False, report=False)
     left = {path.relative_to(tmp_path).as_posix() for path in tmp_path.rglob("*") if path.is_file()}
     assert left == {"recording.nc", "summary.json", "notes.txt"}
 

@@ -46,17 +46,19 @@ def run(
     ] = None,
     no_video: Annotated[bool, typer.Option("--no-video", help="Make no film.")] = False,
     no_figures: Annotated[bool, typer.Option("--no-figures", help="Draw no figures.")] = False,
+    no_report: Annotated[bool, typer.Option("--no-report", help="Write no report.")] = False,
     force: Annotated[bool, typer.Option("--force", help="Write into a results folder that exists.")] = False,
 ) -> None:
-    """Run a scenario: summary, recording, figures and film in a fresh folder."""
+    """Run a scenario: summary, recording, figures, film and report in a fresh folder."""
     overrides = list(changes or [])
     overrides += [f"backend={backend.value}"] if backend is not None else []
     overrides += [f"seed={seed}"] if seed is not None else []
     loaded = load_scenario(scenario, overrides)
     from nhtrack.study.run import run_scenario
 
+    made = {"figures": not no_figures, "video": not no_video, "report": not no_report}
     with progress_bars() as stage:
-        outcome = run_scenario(loaded, out, overwrite=force, figures=not no_figures, video=not no_video, stage=stage)
+        outcome = run_scenario(loaded, out, overwrite=force, **made, stage=stage)
     print_outcome(outcome, Console())
     if outcome.failure is not None:
         fail(f"diverged: {outcome.failure}; what was recorded until then is kept", EXIT_DIVERGED)

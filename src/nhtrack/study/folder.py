@@ -78,7 +78,7 @@ def clear(folder: Path) -> None:
             (law / name).unlink(missing_ok=True)
         with contextlib.suppress(OSError):  # with something else in it, it stays
             law.rmdir()
-    for name in (*_RUN, COMPARISON, "video.mp4"):
+    for name in (*_RUN, COMPARISON, "video.mp4", "report.html"):
         (folder / name).unlink(missing_ok=True)
     for figure in (folder / "figures").glob("*.p*"):
         if figure.suffix in (".png", ".pdf"):

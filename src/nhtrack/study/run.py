@@ -1,4 +1,4 @@
-"""One scenario into one folder of results: recording, summary, figures, film."""
+"""One scenario into one folder of results: recording, summary, figures, film, report."""
 
 from __future__ import annotations
 
@@ -18,6 +18,7 @@ from nhtrack.metrics import summary
 from nhtrack.recording import Recording, make_recording
 from nhtrack.rollout import Progress, Rollout
 from nhtrack.scenario.build import Experiment, build
+from nhtrack.scenario.documentation import json_schema
 from nhtrack.scenario.load import load
 from nhtrack.scenario.schema import Scenario, Video
 from nhtrack.scenario.stance import stance_warnings
@@ -125,12 +126,14 @@ def run_scenario(
     overwrite: bool = False,
     figures: bool = True,
     video: bool = True,
+    report: bool = True,
     stage: Stage | None = None,
 ) -> Outcome:
     """Runs a scenario and writes its results into a folder.
 
-    `recording.nc` and `summary.json` always, `figures/` and `video.mp4` unless told otherwise. A run that diverges or
-    is interrupted keeps what it recorded; figures are drawn of it, no film is made.
+    `recording.nc` and `summary.json` always, `figures/`, `video.mp4` and, last of all, `report.html` unless told
+    otherwise. A run that diverges or is interrupted keeps what it recorded; figures and a report are made of it, no
+    film.
 
     Args:
         scenario: what to run.
@@ -138,6 +141,7 @@ def run_scenario(
         overwrite: allow a folder that has files in it.
         figures: whether to draw figures.
         video: whether to make the film.
+        report: whether to write the report.
         stage: see `simulate`.
 
     Raises:
@@ -156,6 +160,8 @@ def run_scenario(
         film, reason = make_film(outcome.recording, scenario.video, folder / "video.mp4", stage)
         files += film
         skipped += reason
+    if report:
+        files.append(_report(outcome, folder, skipped))
     return replace(outcome, folder=folder, files=tuple(files), skipped=tuple(skipped))
 
 
@@ -235,6 +241,19 @@ def _figures(recording: Recording, folder: Path) -> tuple[list[Path], list[str]]
         return save_figures(recording, folder / "figures"), []
     except (ValueError, OverflowError) as error:
         return [], [f"no figures: {error}"]
+
+
+def _report(outcome: Outcome, folder: Path, skipped: list[str]) -> Path:
+    """Returns the report of a run, with the film in it if the folder has one."""
+    from nhtrack.report import Extras, write
+
+    film, mark = folder / "video.mp4", "no video: "
+    reasons = [reason.removeprefix(mark) for reason in skipped if reason.startswith(mark)]
+    if outcome.recording.outcome != "completed":
+        reasons.append("the run did not complete")
+    reason = next(iter(reasons), "none was asked for")
+    extras = Extras(film if film.exists() else None, reason, json_schema())
+    return write(outcome.recording, outcome.summary, folder / "report.html", extras)
 
 
 def make_film(

@@ -1,0 +1,226 @@
+// What Plotly draws: the floor and the panels over time. Robots and cursors are laid over it, since moving them is then
+// a matter of a transform, not of drawing a plot anew.
+
+const data = JSON.parse(document.getElementById('data').textContent);
+const frames = data.frames;
+const duration = frames.time[frames.time.length - 1];
+
+const MARGIN = {l: 54, r: 12, t: 8, b: 38}; // [px] fixed, so that a place on the plot is known without asking Plotly
+const LEAST_ROBOT = data.crowd ? 15 : 26; // [px] smaller robots are drawn larger than they are, and the page says so
+const INKS = {
+  light: {ink: '#1a1a1a', soft: '#5c5c5c', grid: '#e4e4e4', paper: '#ffffff', shade: 'rgba(122,122,122,0.16)'},
+  dark: {ink: '#e6e6e6', soft: '#a6a6a6', grid: '#33373c', paper: '#16181b', shade: 'rgba(200,200,200,0.14)'},
+};
+const CONFIG = {
+  displaylogo: false,
+  responsive: false, // the page does it itself: overlays have to follow
+  modeBarButtonsToRemove: ['select2d', 'lasso2d', 'autoScale2d'],
+};
+
+const floor = document.getElementById('floor');
+const panels = data.panels.map((panel) => ({...panel, div: document.getElementById(`panel-${panel.key}`)}));
+
+function isDark() {
+  const root = document.documentElement;
+  if (root.classList.contains('printing')) return false;
+  return (root.dataset.theme ?? (matchMedia('(prefers-color-scheme: dark)').matches ? 'dark' : 'light')) === 'dark';
+}
+
+function inks() {
+  return INKS[isDark() ? 'dark' : 'light'];
+}
+
+function axis(extra) {
+  const {ink, soft, grid} = inks();
+  return {
+    gridcolor: grid, linecolor: soft, tickcolor: soft, tickfont: {color: ink, size: 11}, zeroline: false,
+    showline: true, ticks: 'outside', ticklen: 3, automargin: false, ...extra,
+  };
+}
+
+function layout(extra) {
+  const {ink, soft} = inks();
+  return {
+    margin: MARGIN, showlegend: false, paper_bgcolor: 'rgba(0,0,0,0)', plot_bgcolor: 'rgba(0,0,0,0)',
+    font: {family: 'system-ui, sans-serif', size: 12, color: ink},
+    modebar: {bgcolor: 'rgba(0,0,0,0)', color: soft, activecolor: ink}, ...extra,
+  };
+}
+
+// The floor ----------------------------------------------------------------------------------------------------------
+
+function paths(kind, look) {
+  return data.robots.map((robot, place) => ({
+    x: frames[kind].x[place], y: frames[kind].y[place], mode: 'lines', name: robot.name, meta: kind,
+    hovertemplate: `%{fullData.name}<br>%{x:.4g} m, %{y:.4g} m<extra>${kind === 'twin' ? 'ideal twin' : ''}</extra>`,
+    ...look(robot, place),
+  }));
+}
+
+function floorTraces() {
+  const thin = (place) => (data.crowd && place ? 1 : place ? 2 : 3);
+  const main = paths('pose', (robot, place) => ({
+    line: {color: robot.colour, width: thin(place)}, opacity: data.crowd && place ? 0.6 : 1,
+  }));
+  if (!data.twin) return main;
+  const twin = paths('twin', (robot, place) => ({
+    line: {color: data.crowd ? robot.colour : inks().ink, width: 1, dash: data.crowd ? 'dot' : '5px,7px'},
+  }));
+  return [...main, ...twin];
+}
+
+// Equal axes: the smallest ranges around all that is to be seen in which a metre is as long along x as along y.
+function floorRanges() {
+  const sides = ['x', 'y'].map((side) => {
+    const kinds = data.twin ? ['pose', 'twin'] : ['pose'];
+    let [low, high] = [Infinity, -Infinity];
+    for (const value of kinds.flatMap((kind) => frames[kind][side]).flat()) {
+      if (value === null) continue;
+      low = Math.min(low, value);
+      high = Math.max(high, value);
+    }
+    return [low, high];
+  });
+  const size = [floor.clientWidth - MARGIN.l - MARGIN.r, floor.clientHeight - MARGIN.t - MARGIN.b];
+  const metres = Math.max(...sides.map(([low, high], k) => (high - low) / (size[k] - 2 * LEAST_ROBOT)), 1e-6);
+  return sides.map(([low, high], k) => [-1, 1].map((sign) => (low + high) / 2 + sign * metres * size[k] / 2));
+}
+
+function patchShapes() {
+  return data.floor.patches.map(({friction, rectangle, disc, colour}) => {
+    const [x0, x1, y0, y1] = rectangle
+      ?? [disc[0] - disc[2], disc[0] + disc[2], disc[1] - disc[2], disc[1] + disc[2]];
+    return {
+      type: rectangle ? 'rect' : 'circle', x0, x1, y0, y1, layer: 'below', fillcolor: colour, opacity: 0.5,
+      line: {width: 0.5, color: inks().ink},
+      label: {text: `friction ${friction}`, textposition: 'bottom center', font: {size: 10, color: inks().ink}},
+    };
+  });
+}
+
+function floorLayout() {
+  const [x, y] = floorRanges();
+  return layout({
+    hovermode: 'closest', dragmode: 'pan', shapes: patchShapes(),
+    xaxis: axis({range: x, title: {text: 'x [m]', standoff: 6}}),
+    yaxis: axis({range: y, title: {text: 'y [m]', standoff: 6}, scaleanchor: 'x'}),
+  });
+}
+
+// Robots on the floor, in metres about the axle midpoint, nose along +x: a dart with two wheels.
+const half = data.floor.half_separation ?? 0.05;
+const wheel = data.floor.wheel_radius ?? 0.4 * half;
+const DART = [[0.62, 0], [-0.38, 0.34], [-0.2, 0], [-0.38, -0.34]].map(([x, y]) => [x / 0.34 * half, y / 0.34 * half]);
+const LENGTH = DART[0][0] - DART[1][0];
+
+function outline() {
+  const dart = `M${DART.map((corner) => corner.join(',')).join('L')}z`;
+  const tyre = (y) => `M${-wheel},${y - wheel / 4}h${2 * wheel}v${wheel / 2}h${-2 * wheel}z`;
+  return dart + tyre(half) + tyre(-half);
+}
+
+function makeRobots() {
+  const svg = document.createElementNS('http://www.w3.org/2000/svg', 'svg');
+  svg.setAttribute('class', 'overlay');
+  const kinds = data.twin ? ['pose', 'twin'] : ['pose'];
+  // The root comes last: it is hidden by none of those that track it.
+  const robots = kinds.flatMap((kind) => data.robots.map((robot, place) => {
+    const group = document.createElementNS(svg.namespaceURI, 'g');
+    const shape = document.createElementNS(svg.namespaceURI, 'path');
+    group.setAttribute('class', kind === 'twin' ? 'robot twin' : 'robot');
+    group.dataset.robot = robot.name;
+    group.dataset.kind = kind;
+    if (kind === 'pose') group.setAttribute('fill', robot.colour);
+    shape.setAttribute('d', outline());
+    group.append(shape);
+    return {kind, place, group};
+  }));
+  svg.append(...robots.map(({group}) => group).reverse());
+  floor.append(svg);
+  return {svg, robots};
+}
+
+function placeRobots({svg, robots}, frame, shown) {
+  const [width, height] = [floor.clientWidth - MARGIN.l - MARGIN.r, floor.clientHeight - MARGIN.t - MARGIN.b];
+  Object.assign(svg.style, {left: `${MARGIN.l}px`, top: `${MARGIN.t}px`, width: `${width}px`, height: `${height}px`});
+  const [[left, right], [bottom, top]] = [floor.layout.xaxis.range, floor.layout.yaxis.range];
+  const pixels = width / (right - left);
+  const larger = Math.max(1, LEAST_ROBOT / (LENGTH * pixels));
+  for (const {kind, place, group} of robots) {
+    const [x, y, heading] = ['x', 'y', 'h'].map((part) => frames[kind][part][place][frame]);
+    const seen = x !== null && (shown === 'both' || (shown === 'twin') === (kind === 'twin'));
+    group.style.display = seen ? '' : 'none';
+    if (!seen) continue;
+    const size = pixels * larger;
+    const [across, down] = [(x - left) * pixels, (top - y) / (top - bottom) * height];
+    group.setAttribute('transform', `translate(${across} ${down}) scale(${size} ${-size}) rotate(${heading * 180 / Math.PI})`);
+  }
+  return larger;
+}
+
+// Over time ----------------------------------------------------------------------------------------------------------
+
+function bandTraces(curve) {
+  const edge = {x: curve.t, mode: 'lines', line: {width: 0}, hoverinfo: 'skip'};
+  return [{...edge, y: curve.low}, {...edge, y: curve.high, fill: 'tonexty', fillcolor: `${curve.colour}40`}];
+}
+
+function panelTraces(panel) {
+  return panel.curves.flatMap((curve) => [
+    ...(curve.low ? bandTraces(curve) : []),
+    {
+      x: curve.t, y: curve.y, mode: 'lines', name: curve.name,
+      line: {color: curve.colour, width: 1.4, shape: panel.held ? 'hv' : 'linear'},
+      hovertemplate: '%{fullData.name}: %{y:.4g}<extra></extra>',
+    },
+  ]);
+}
+
+function valueAxis(panel, logarithmic) {
+  const log = logarithmic && panel.decades;
+  return axis({
+    type: log ? 'log' : 'linear', nticks: 6, exponentformat: 'power',
+    ...(log ? {range: panel.decades, autorange: false, dtick: 1 + Math.floor((panel.decades[1] - panel.decades[0]) / 6)}
+      : {autorange: true, rangemode: panel.decades || panel.key === 'utilisation' ? 'tozero' : 'normal'}),
+  });
+}
+
+function panelShapes(panel) {
+  const {ink, soft, shade} = inks();
+  const spells = data.spells.map(([x0, x1]) => ({
+    type: 'rect', x0, x1, yref: 'paper', y0: 0, y1: 1, fillcolor: shade, line: {width: 0.5, color: shade}, layer: 'below',
+  }));
+  const limits = panel.limits.map(({name, value}) => ({
+    type: 'line', xref: 'paper', x0: 0, x1: 1, y0: value, y1: value, line: {color: ink, width: 0.8, dash: 'dot'},
+    label: {text: name, textposition: 'end', yanchor: 'bottom', font: {size: 10, color: soft}},
+  }));
+  return [...spells, ...limits];
+}
+
+function panelLayout(panel, logarithmic) {
+  return layout({
+    hovermode: 'x unified', hoverlabel: {bgcolor: inks().paper, font: {size: 11}}, dragmode: 'zoom',
+    shapes: panelShapes(panel),
+    xaxis: axis({range: [0, duration], title: {text: 'time [s]', standoff: 4}, hoverformat: '.4g', unifiedhovertitle: {text: '%{x} s'}}),
+    yaxis: valueAxis(panel, logarithmic),
+  });
+}
+
+function makeCursor(div) {
+  const frame = document.createElement('div');
+  frame.className = 'overlay';
+  Object.assign(frame.style, {
+    left: `${MARGIN.l}px`, top: `${MARGIN.t}px`, right: `${MARGIN.r}px`, bottom: `${MARGIN.b}px`,
+  });
+  const cursor = document.createElement('div');
+  cursor.className = 'cursor';
+  frame.append(cursor);
+  div.append(frame);
+  return cursor;
+}
+
+function placeCursor(panel, time) {
+  const [first, last] = panel.div.layout.xaxis.range;
+  const width = panel.div.clientWidth - MARGIN.l - MARGIN.r;
+  panel.cursor.style.transform = `translateX(${(time - first) / (last - first) * width - 0.75}px)`;
+}

@@ -1,0 +1,106 @@
+"""A recording as plain numbers and names, thinned so that a browser draws them at once.
+
+Two kinds of thinning. *Frames* are rows evenly spread in time: every robot's pose, its twin's and the figures of the
+read-outs, for what moves with the slider. *Panels* are curves over time, each with the rows that hold its extremes.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from nhtrack.events import find_events
+from nhtrack.metrics import heading_error, position_error, position_gap
+from nhtrack.plots.ground import ground_of
+from nhtrack.plots.marks import covered
+from nhtrack.plots.style import CROWD
+from nhtrack.recording import Recording
+from nhtrack.report.panels import make_panels
+from nhtrack.report.thin import even_rows, numbers
+from nhtrack.simulation.palette import GRIP, ICE, robot_colour
+
+DIGITS = 8  # significant digits: a tenth of a micrometre along ten metres
+SHOWN_DIGITS = 4  # of read-outs, which show three
+MOST_FRAMES = 2000  # more than a slider has pixels
+POSES = 40_000  # of all robots together: what a browser draws within a second
+
+
+def payload(recording: Recording) -> dict[str, Any]:
+    """Returns what the page's scripts draw, ready for JSON; unknown numbers are None.
+
+    Lengths in metres and times in seconds of the robot, angles in radians; panels have units of their own.
+    """
+    rows = frame_rows(recording)
+    frames = {"time": numbers(recording.time[rows], DIGITS)} | _poses(recording, rows) | _readouts(recording, rows)
+    return {
+        "robots": [{"name": name, "colour": robot_colour(place)} for place, name in enumerate(recording.robots)],
+        "crowd": len(recording.robots) - 1 > CROWD,
+        "twin": has_twin(recording),
+        "backend": "MuJoCo" if recording.backend == "mujoco" else "ideal integrator",
+        "frames": frames,
+        "floor": _floor(recording),
+        "panels": make_panels(recording, DIGITS),
+        "spells": _spells(recording),
+    }
+
+
+def frame_rows(recording: Recording) -> np.ndarray:
+    """Returns the rows of the recording that the slider stops at."""
+    return even_rows(len(recording.time), min(MOST_FRAMES, max(2, POSES // len(recording.robots))))
+
+
+def has_twin(recording: Recording) -> bool:
+    """Returns whether the run is held against a twin: one on the ideal integrator is its own."""
+    return recording.backend != "ideal" and "ideal_pose" in recording.dataset
+
+
+def _poses(recording: Recording, rows: np.ndarray) -> dict[str, Any]:
+    """Returns x, y [m] and theta [rad] of every robot, each of shape (n, frames), and the same of the twins."""
+    sources = {"pose": "pose"} | ({"twin": "ideal_pose"} if has_twin(recording) else {})
+    return {
+        label: dict(zip("xyh", numbers(recording[name].values[rows].transpose(2, 1, 0), DIGITS), strict=True))
+        for label, name in sources.items()
+    }
+
+
+def _readouts(recording: Recording, rows: np.ndarray) -> dict[str, Any]:
+    """Returns the figures shown for every robot at the slider's time, in the order of their columns."""
+    speed = np.hypot(recording["twist"].values[..., 0], recording["twist"].values[..., 1])
+    columns = [
+        ("position error", "m", position_error(recording)),
+        ("heading error", "rad", heading_error(recording)),
+        ("speed", "m/s", speed),
+    ]
+    if has_twin(recording):
+        columns.append(("gap to twin", "m", position_gap(recording)))
+    if "friction_utilisation" in recording.dataset:
+        columns.append(("friction used", "%", 100 * recording["friction_utilisation"].values.max(axis=-1)))
+    return {
+        "readouts": [
+            {"name": name, "unit": unit, "values": numbers(values[rows].T, SHOWN_DIGITS)}
+            for name, unit, values in columns
+        ]
+    }
+
+
+def _floor(recording: Recording) -> dict[str, Any]:
+    """Returns the size of the robots and what they drive on."""
+    ground, attributes = ground_of(recording), recording.dataset.attrs
+    sizes = {name: float(attributes[name]) for name in ("half_separation", "wheel_radius") if name in attributes}
+    patches = [
+        {
+            "friction": patch.friction,
+            "rectangle": patch.rectangle,
+            "disc": patch.disc,
+            "colour": ICE if patch.friction < ground.friction else GRIP,
+        }
+        for patch in ground.patches
+    ]
+    return {"patches": patches, "slope": ground.slope, "uphill": ground.uphill} | sizes
+
+
+def _spells(recording: Recording) -> list[list[float]]:
+    """Returns when anything went wrong on wheels, with any robot, as (start, end) [s]."""
+    spans = covered((event.start, event.end) for event in find_events(recording))
+    return [[float(f"{edge:.{DIGITS}g}") for edge in span] for span in spans]

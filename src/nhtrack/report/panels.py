@@ -1,0 +1,149 @@
+"""Curves over time: which there are, what they are called, and how a crowd becomes a band."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from nhtrack.metrics import heading_error, heading_gap, position_error, position_gap
+from nhtrack.plots.style import BAND_COLOUR, CROWD
+from nhtrack.recording import Recording
+from nhtrack.report.thin import extreme_rows, numbers
+from nhtrack.simulation.palette import robot_colour
+
+POINTS = 120_000  # of all curves together: four megabytes, drawn within two seconds
+MOST_POINTS = 4000  # of one curve
+_DECADES = 8  # of a logarithmic axis at most: below is rounding
+
+
+@dataclass(frozen=True)
+class Panel:
+    """One plot over time.
+
+    Attributes:
+        key: what scripts know it by.
+        group: heading under which it stands.
+        title: what is drawn.
+        unit: unit of its axis.
+        values: shape (t, n), one column a robot; NaN where a value is not known or the robot has none.
+        logarithmic: whether a logarithmic axis can show it.
+        held: whether values hold from one row to the next.
+        limits: lines that curves should stay within, with their names.
+    """
+
+    key: str
+    group: str
+    title: str
+    unit: str
+    values: np.ndarray
+    logarithmic: bool = False
+    held: bool = False
+    limits: tuple[tuple[str, float], ...] = ()
+
+
+def make_panels(recording: Recording, digits: int) -> list[dict[str, Any]]:
+    """Returns every panel with its curves as plain numbers."""
+    panels = list(_panels(recording))
+    curves = sum(len(_curves(panel, recording)) for panel in panels)
+    most = int(np.clip(POINTS // max(curves, 1), 100, MOST_POINTS))
+    return [_plain(panel, recording, most, digits) for panel in panels]
+
+
+def _panels(recording: Recording) -> Iterator[Panel]:
+    yield Panel("position", "Tracking error", "position error", "m", position_error(recording), logarithmic=True)
+    heading = np.abs(heading_error(recording))
+    yield Panel("heading", "Tracking error", "heading error, magnitude", "rad", heading, logarithmic=True)
+    u = recording["input"].values
+    yield Panel("u_x", "Commands", "forward acceleration", "m/s²", u[..., 0], held=True)
+    yield Panel("u_theta", "Commands", "turning acceleration", "rad/s²", u[..., 1], held=True)
+    if "wheel_torque" in recording.dataset:
+        yield from _torques(recording)
+    if "friction_utilisation" in recording.dataset:
+        yield from _slips(recording)
+    if recording.backend != "ideal" and "ideal_pose" in recording.dataset:
+        yield _prefixed("gap", "Gap to the ideal twin", "distance from the twin", "m", position_gap(recording))
+        turned = np.abs(heading_gap(recording))
+        yield _prefixed("turned", "Gap to the ideal twin", "heading from the twin's, magnitude", "rad", turned)
+
+
+def _torques(recording: Recording) -> Iterator[Panel]:
+    limit = recording.dataset.attrs.get("torque_limit")
+    limits = () if limit is None else (("motor limit", 1e3 * float(limit)), ("", -1e3 * float(limit)))
+    for wheel, side in enumerate(("left", "right")):
+        torque = 1e3 * recording["wheel_torque"].values[..., wheel]
+        yield Panel(f"torque_{side}", "Commands", f"torque of the {side} wheel", "mN m", torque, limits=limits)
+
+
+def _slips(recording: Recording) -> Iterator[Panel]:
+    group = "Wheels on the floor"
+    yield _prefixed("sideways", group, "sideways slip of the axle", "m/s", recording["lateral_slip"].values)
+    rolling = _of_largest_magnitude(recording["longitudinal_slip"].values)
+    yield _prefixed("rolling", group, "rolling slip, worse wheel", "m/s", rolling)
+    use = recording["friction_utilisation"].values.max(axis=-1)
+    limits = (("wheels break away", 1.0),)
+    yield Panel("utilisation", group, "friction utilisation, worse wheel", "1", use, limits=limits)
+
+
+def _prefixed(key: str, group: str, title: str, unit: str, values: np.ndarray) -> Panel:
+    """Returns a panel in the SI unit in which its largest value reads as 1 to 1000."""
+    known = np.abs(values[np.isfinite(values)])
+    largest = float(known.max(initial=0.0))
+    prefixes = ((1.0, ""), (1e3, "m"), (1e6, "µ"))
+    factor, prefix = next((f for f in prefixes if f[0] * largest >= 1.0 or largest == 0.0), (1e9, "n"))
+    return Panel(key, group, title, prefix + unit, factor * values)
+
+
+def _of_largest_magnitude(values: np.ndarray) -> np.ndarray:
+    """Returns, of two wheels, the value of larger magnitude with its sign, shape (..., 2) -> (...)."""
+    left, right = values[..., 0], values[..., 1]
+    return np.where(np.abs(left) >= np.abs(right), left, right)
+
+
+def _curves(panel: Panel, recording: Recording) -> list[tuple[dict[str, Any], np.ndarray]]:
+    """Returns what curves are called and their columns: one a robot, or low, median and high of a crowd.
+
+    A robot of which nothing is known, as the root of errors, has no curve.
+    """
+    known = [place for place in range(len(recording.robots)) if np.isfinite(panel.values[:, place]).any()]
+    alone = known if len(recording.robots) - 1 <= CROWD else [place for place in known if place == 0]
+    curves: list[tuple[dict[str, Any], np.ndarray]] = [
+        ({"name": recording.robots[place], "colour": robot_colour(place)}, panel.values[:, [place]]) for place in alone
+    ]
+    together = [place for place in known if place not in alone]
+    if together:
+        crowd = panel.values[:, together]
+        band = np.stack([crowd.min(axis=1), np.median(crowd, axis=1), crowd.max(axis=1)], axis=-1)
+        curves.insert(0, ({"name": f"median of {len(together)} followers", "colour": BAND_COLOUR}, band))
+    return curves
+
+
+def _plain(panel: Panel, recording: Recording, most: int, digits: int) -> dict[str, Any]:
+    curves = []
+    for look, columns in _curves(panel, recording):
+        rows = extreme_rows(columns, most)
+        lines = numbers(columns[rows].T, digits)
+        names = ("y",) if len(lines) == 1 else ("low", "y", "high")
+        curves.append(look | {"t": numbers(recording.time[rows], digits)} | dict(zip(names, lines, strict=True)))
+    return {
+        "key": panel.key,
+        "group": panel.group,
+        "title": panel.title,
+        "unit": panel.unit,
+        "held": panel.held,
+        "decades": _decades(panel.values) if panel.logarithmic else None,
+        "limits": [{"name": name, "value": value} for name, value in panel.limits],
+        "curves": curves,
+    }
+
+
+def _decades(values: np.ndarray) -> list[float] | None:
+    """Returns the logarithms between which a logarithmic axis shows the values; None where none is above zero."""
+    positive = values[np.isfinite(values) & (values > 0)]
+    if not positive.size:
+        return None
+    top = float(positive.max())
+    bottom = float(np.clip(np.quantile(positive, 0.005), top / 10**_DECADES, top / 10))
+    return [float(np.floor(np.log10(bottom))), float(np.ceil(np.log10(1.05 * top)))]

@@ -1,0 +1,40 @@
+"""Reports of runs made of formulas, whole enough to have a summary."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from nhtrack.metrics import summary
+from nhtrack.recording import Recording
+from nhtrack.report import Extras, write
+from nhtrack.scenario.documentation import json_schema
+from nhtrack.scenario.load import load
+from recordings import HALF_SEPARATION, WHEEL_RADIUS, synthetic_recording
+
+SCENARIOS = {1: "paper/example1", 63: "stress/formation64"}  # by the number of followers
+
+
+def whole_recording(followers: int = 1, **changes: Any) -> Recording:
+    """Returns `synthetic_recording` with the variable and the attributes that only a summary and a report ask for."""
+    scenario = load(SCENARIOS.get(followers, "tour/hello")).model_dump(mode="json")
+    attributes: dict[str, Any] = {
+        "half_separation": HALF_SEPARATION,
+        "wheel_radius": WHEEL_RADIUS,
+        "no_load_speed": 50.0,
+        "scenario": scenario,
+        "model_hash": "0123456789abcdef" * 4,
+        "seed": 0,
+        "versions": {"python": "3.11.2", "nhtrack": "0.1.0", "mujoco": "3.17.0"},
+    }
+    recording = synthetic_recording(followers, **attributes | changes)
+    cut = np.abs(recording["wheel_torque"]) < np.abs(recording["wheel_torque_demand"])
+    return Recording(recording.dataset.assign(torque_saturation=cut.astype(float)))
+
+
+def write_report(recording: Recording, path: Path, **extras: Any) -> Path:
+    """Writes the report of a recording as `nhtrack run` does."""
+    told = summary(recording) | {"warnings": []}
+    return write(recording, told, path, Extras(schema=json_schema(), **extras))

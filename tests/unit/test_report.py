@@ -1,0 +1,361 @@
+"""The report of a run: numbers of the recording, sentences of the summary, and no text of a user is markup."""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import json
+from html.parser import HTMLParser
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from nhtrack import assets
+from nhtrack.metrics import heading_error, position_error, summary
+from nhtrack.recording import Recording
+from nhtrack.report import Extras, page, render, write
+from nhtrack.report.data import payload
+from nhtrack.report.graph import graph_svg
+from nhtrack.report.keys import meanings, yaml_text
+from nhtrack.report.thin import even_rows, extreme_rows, numbers
+from nhtrack.report.units import listed, quantity
+from nhtrack.report.words import tiles, verdicts
+from nhtrack.scenario.documentation import json_schema
+from nhtrack.scenario.load import load
+from nhtrack.study.run import run_scenario
+from reports import whole_recording
+
+# Eight significant digits: rounding moves a number by at most half a unit of the last one.
+DIGITS = 5e-8
+
+HOSTILE = ("<script>alert(1)</script>", "<img src=x onerror=alert(1)>", '" onload="alert(1)', "</title>&amp;\u2028'")
+
+
+class Elements(HTMLParser):
+    """Every element of a page with its attributes and the text in it."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.found: list[tuple[str, dict[str, str | None]]] = []
+        self.texts: dict[str, list[str]] = {}
+        self._open = ""
+        self.feed(text)
+        self.close()
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.found.append((tag, dict(attrs)))
+        self._open = tag
+        self.texts.setdefault(tag, []).append("")
+
+    def handle_endtag(self, tag: str) -> None:
+        self._open = ""
+
+    def handle_data(self, data: str) -> None:
+        if self._open:
+            self.texts[self._open][-1] += data
+
+
+def report(recording: Recording, **extras: Any) -> str:
+    return render(recording, summary(recording) | {"warnings": []}, Extras(**extras))
+
+
+def numbers_of(page_text: str) -> Any:
+    return json.loads(Elements(page_text).texts["script"][0])
+
+
+@pytest.fixture(scope="module")
+def recording() -> Recording:
+    return whole_recording(3, samples=201)
+
+
+# Numbers --------------------------------------------------------------------------------------------------------------
+
+
+def test_a_short_recording_is_shown_row_by_row(recording: Recording) -> None:
+    shown = json.loads(json.dumps(payload(recording), allow_nan=False))
+    frames, pose, twin = shown["frames"], recording["pose"].values, recording["ideal_pose"].values
+    np.testing.assert_allclose(frames["time"], recording.time, rtol=DIGITS)
+    for place in range(4):
+        for k, part in enumerate("xyh"):
+            np.testing.assert_allclose(frames["pose"][part][place], pose[:, place, k], rtol=DIGITS)
+            np.testing.assert_allclose(frames["twin"][part][place], twin[:, place, k], rtol=DIGITS)
+    panels = {panel["key"]: panel for panel in shown["panels"]}
+    for key, values in (("position", position_error(recording)), ("heading", np.abs(heading_error(recording)))):
+        for place, curve in enumerate(panels[key]["curves"], start=1):  # the root has no error
+            assert curve["name"] == recording.robots[place]
+            np.testing.assert_allclose(curve["t"], recording.time, rtol=DIGITS)
+            np.testing.assert_allclose(curve["y"], values[:, place], rtol=DIGITS)
+    torque = 1e3 * recording["wheel_torque"].values[:, 0, 1]  # [mN m]
+    np.testing.assert_allclose(panels["torque_right"]["curves"][0]["y"], torque, rtol=DIGITS)
+
+
+def test_axes_are_labelled_in_the_unit_the_curves_are_in(recording: Recording) -> None:
+    panels = {panel["key"]: panel for panel in payload(recording)["panels"]}
+    largest = np.abs(recording["lateral_slip"].values).max()
+    shown = max(abs(value) for curve in panels["sideways"]["curves"] for value in curve["y"])
+    factor = {"m/s": 1.0, "mm/s": 1e3, "µm/s": 1e6, "nm/s": 1e9}[panels["sideways"]["unit"]]
+    assert shown == pytest.approx(factor * largest, rel=DIGITS)
+    assert 1 <= shown < 1000
+
+
+def test_thinning_keeps_extremes_ends_and_gaps() -> None:
+    rng = np.random.default_rng(1)
+    values = rng.standard_normal((50_001, 2))
+    values[31_234, 0], values[777, 1] = 40.0, -60.0
+    values[20_000:21_000, 1] = np.nan
+    rows = extreme_rows(values, 400)
+    assert len(rows) <= 404
+    assert (np.diff(rows) > 0).all()
+    assert {0, 50_000, 31_234, 777, 19_999, 20_000, 20_999, 21_000} <= set(rows.tolist())
+    for column in values.T:
+        for stretch in np.array_split(np.arange(len(values)), 99):
+            inside = rows[(rows >= stretch[0]) & (rows <= stretch[-1])]
+            part = column[stretch]
+            if np.isfinite(part).all():
+                assert {part.min(), part.max()} <= set(column[inside])
+
+
+def test_few_rows_are_left_as_they_are() -> None:
+    assert extreme_rows(np.zeros((10, 3)), 10).tolist() == list(range(10))
+    assert even_rows(10, 10).tolist() == list(range(10))
+    assert even_rows(1001, 11).tolist() == list(range(0, 1001, 100))
+
+
+def test_numbers_that_json_does_not_know_are_none() -> None:
+    values = np.array([[1.23456789123, np.nan], [np.inf, -0.0]])
+    assert numbers(values, 8) == [[1.2345679, None], [None, 0.0]]
+
+
+def test_a_crowd_becomes_a_band_around_its_median() -> None:
+    crowd = whole_recording(9, samples=9001)
+    panel = payload(crowd)["panels"][0]
+    (band,) = panel["curves"]
+    errors = position_error(crowd)[:, 1:]
+    assert len(band["t"]) < 9001
+    rows = np.searchsorted(crowd.time, np.array(band["t"]) - 1e-4)
+    np.testing.assert_allclose(band["low"], errors.min(axis=1)[rows], rtol=DIGITS)
+    np.testing.assert_allclose(band["y"], np.median(errors, axis=1)[rows], rtol=DIGITS)
+    assert max(band["high"]) == pytest.approx(errors.max(), rel=DIGITS)
+    assert min(band["low"]) == pytest.approx(errors.min(), rel=DIGITS)
+
+
+def test_an_ideal_run_has_no_wheels_and_no_twin(tmp_path: Path) -> None:
+    outcome = run_scenario(
+        load("tour/hello", ["backend=ideal", "duration=0.5"]), tmp_path / "run", figures=False, video=False
+    )
+    text = (tmp_path / "run" / "report.html").read_text(encoding="utf-8")
+    assert "The ideal integrator moved 2 robots for 0.5 s" in text
+    assert "twin" not in numbers_of(text)["frames"]
+    assert not numbers_of(text)["twin"]
+    assert outcome.files[-1].name == "report.html"
+
+
+# Sentences ------------------------------------------------------------------------------------------------------------
+
+
+def told(**changes: Any) -> str:
+    return " ".join(verdicts(summary(whole_recording(1)) | changes))
+
+
+def follower(**changes: Any) -> dict[str, Any]:
+    return {"followers": {"follower": summary(whole_recording(1))["followers"]["follower"] | changes}}
+
+
+def robot(**changes: Any) -> dict[str, Any]:
+    robots = summary(whole_recording(1))["robots"]
+    return {"robots": robots | {"follower": robots["follower"] | changes}}
+
+
+def test_a_follower_that_converged_is_told_with_when_and_how_near() -> None:
+    figures = {"initial_position_error": 2.8, "settling_time": 19.9}
+    late = {"late_position_error": 0.004, "late_heading_error": 0.2}
+    assert told(**follower(**figures, **late)) == told(**follower(**late, **figures))
+    sentence = (
+        "follower began 2.8 m from its place and stayed within 5 % of its largest error after 19.9 s; in the last 15 % "
+        "of the run it was off by at most 4 mm and 200 mrad."
+    )
+    assert sentence in told(**follower(**figures, **late))
+    assert "No motor was at its limits." in told()
+
+
+def test_a_follower_that_did_not_converge_is_told_so() -> None:
+    text = told(**follower(settling_time=None, late_position_error=0.5, final_position_error=0.25))
+    assert "follower did not converge" in text
+    assert "off by up to 500 mm" in text
+    assert "by 250 mm" in text
+    assert "stayed within" not in text
+
+
+def test_a_run_that_diverged_is_told_so() -> None:
+    text = told(outcome="diverged: tipped over: robot 'follower' at t = 1.250 s", duration=1.24)
+    assert "for 1.24 s; then the run diverged, tipped over: robot 'follower' at t = 1.250 s." in text
+    assert "completed" not in text
+    assert "interrupted" in told(outcome="interrupted")
+
+
+def test_a_robot_that_slid_is_told_with_how_often() -> None:
+    event = {"kind": "slipping", "robot": "follower", "wheel": "left", "start": 1.0, "end": 1.5}
+    text = told(events=[event, event | {"start": 3.0}], **robot(peak_utilisation=1.0, torque_saturation_share=0.25))
+    assert "slipping twice (follower)" in text
+    assert "at the limit of what the floor holds" in text
+    assert "limits for 25 % of the run" in text
+    assert "No wheel slid" not in text
+    assert "No wheel slid" in told()
+
+
+def test_a_gap_that_is_not_known_is_not_made_up() -> None:
+    unknown = {"gap_position_max": None, "gap_position_rms": None, "gap_heading_max": None}
+    robots = {name: figures | unknown for name, figures in summary(whole_recording(1))["robots"].items()}
+    assert "is not known to the end" in told(robots=robots)
+    assert "largest gap to the ideal twin" not in dict(tiles(summary(whole_recording(1)) | {"robots": robots}))
+
+
+def test_a_crowd_is_told_in_one_go() -> None:
+    crowd = summary(whole_recording(9))
+    for k, figures in enumerate(crowd["followers"].values()):
+        figures["settling_time"] = None if k < 2 else float(k)
+    text = " ".join(verdicts(crowd))
+    assert "7 of 9 followers" in text
+    assert "the first after 2 s, half of them after 5 s, the last after 8 s." in text
+    assert "f1 and f2 did not converge." in text
+    assert dict(tiles(crowd))["followers settled"] == "7 of 9"
+
+
+def test_quantities_read_as_people_write_them() -> None:
+    values = {0.0: "0 m", 2.83: "2.83 m", 0.0041: "4.1 mm", 6.1e-7: "610 nm", None: "unknown", 0.9999: "1 m"}
+    assert {value: quantity(value, "m") for value in values} == values
+    assert listed(["a", "b", "c"]) == "a, b and c"
+    assert listed(list("abcdefg")) == "a, b, c, d and 3 others"
+
+
+# The page -------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("text", HOSTILE)
+def test_no_text_of_a_user_is_markup(text: str) -> None:
+    scenario = load("tour/hello").model_dump(mode="json") | {"name": text, "description": text}
+    plain = whole_recording(1, samples=51)
+    hostile = whole_recording(1, samples=51, name=text, scenario=scenario, outcome=f"diverged: {text}")
+    skipped = {"no_film": text, "schema": json_schema()}
+    one = Elements(report(plain, **skipped | {"no_film": "none"}))
+    other = Elements(render(hostile, summary(hostile) | {"warnings": [text]}, Extras(**skipped)))
+    tags = [tag for tag, _ in other.found]
+    assert tags.count("script") == 3
+    assert set(tags) == {tag for tag, _ in one.found} | {"ul", "li"}
+    assert not any(name.startswith("on") for _, attributes in other.found for name in attributes)
+    assert other.texts["h1"] == [text]
+    assert other.texts["title"][0] == f"{text} - nhtrack"
+
+
+def test_names_of_robots_stay_text() -> None:
+    plain = whole_recording(1, samples=51)
+    names = ["<b>", "</script>"]
+    dataset = plain.dataset.assign_coords(robot=np.array(names, dtype=object))
+    dataset.attrs["parents"] = json.dumps({names[0]: [], names[1]: [names[0]]})
+    text = report(Recording(dataset))
+    found = Elements(text)
+    assert [robot["name"] for robot in numbers_of(text)["robots"]] == names
+    assert "b" not in {tag for tag, _ in found.found}
+    assert len(found.texts["script"]) == 3
+    assert "&lt;b&gt;" in graph_svg({"<b>": (), "x": ("<b>",)})
+
+
+def test_only_its_own_scripts_run_and_nothing_is_loaded(recording: Recording) -> None:
+    found = Elements(report(recording))
+    policy = next(
+        attributes["content"] for tag, attributes in found.found
+        if tag == "meta" and attributes.get("http-equiv") == "Content-Security-Policy"
+    )  # fmt: skip
+    assert policy is not None
+    assert policy.startswith("default-src 'none'")
+    for script in found.texts["script"][1:]:
+        digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
+        assert f"'sha256-{digest}'" in policy
+    links = [attributes[name] for _, attributes in found.found for name in ("src", "href") if name in attributes]
+    assert links
+    assert all(link is not None and link.startswith(("#", "data:")) for link in links)
+    assert "eval(" not in found.texts["script"][2]
+
+
+def test_the_film_is_carried_whole(recording: Recording, tmp_path: Path) -> None:
+    film = tmp_path / "film.mp4"
+    film.write_bytes(bytes(range(256)))
+    found = Elements(report(recording, film=film))
+    (source,) = [attributes["src"] for tag, attributes in found.found if tag == "video"]
+    assert source is not None
+    assert base64.b64decode(source.removeprefix("data:video/mp4;base64,")) == film.read_bytes()
+    assert "No film: no headless OpenGL." in report(recording, no_film="no headless OpenGL")
+
+
+def test_the_same_run_gives_the_same_bytes(recording: Recording, tmp_path: Path) -> None:
+    recording.save(tmp_path / "recording.nc")
+    assert report(recording) == report(Recording.load(tmp_path / "recording.nc"))
+
+
+def test_a_page_appears_whole_or_not_at_all(
+    recording: Recording, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    target = tmp_path / "report.html"
+    figures = summary(recording)
+    assert write(recording, figures, target) == target
+    before = target.read_bytes()
+
+    def fail(*_: object) -> str:
+        assert {path.suffix for path in tmp_path.iterdir()} == {".html"}
+        raise ValueError("broken")
+
+    monkeypatch.setattr(page, "render", fail)
+    with pytest.raises(ValueError, match="broken"):
+        write(recording, figures, target)
+    assert [path.name for path in tmp_path.iterdir()] == ["report.html"]
+    assert target.read_bytes() == before
+
+
+# The scenario ---------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", assets.bundled_scenarios())
+def test_every_key_of_every_scenario_is_explained(name: str) -> None:
+    tree = load(name).model_dump(mode="json")
+    explained = dict(meanings(tree, json_schema()))
+    missing = _keys(tree) - set(explained)
+    assert not missing
+    assert all(explained.values())
+
+
+def _keys(tree: dict[str, Any], prefix: str = "") -> set[str]:
+    keys = set()
+    for key, value in tree.items():
+        keys.add(prefix + key)
+        for item in value if isinstance(value, list) else [value]:
+            if isinstance(item, dict):
+                keys |= _keys(item, prefix + key + ("[]." if isinstance(value, list) else "."))
+    return keys
+
+
+def test_laws_that_share_a_key_are_told_apart() -> None:
+    tree = load("tour/universal").model_dump(mode="json")
+    law = next(section for section in json_schema()["$defs"].values()
+               if section.get("properties", {}).get("name", {}).get("const") == "universal")  # fmt: skip
+    explained = dict(meanings(tree, json_schema()))
+    for key, value in law["properties"].items():
+        assert explained[f"law.{key}"] == value["description"]
+
+
+@pytest.mark.parametrize("name", ["paper/example1", "stress/ice_patch", "stress/formation64", "tour/universal"])
+def test_the_scenario_shown_is_the_one_that_ran(name: str, tmp_path: Path) -> None:
+    file = tmp_path / "scenario.yaml"
+    file.write_text(yaml_text(load(name).model_dump(mode="json")), encoding="utf-8")
+    assert load(file) == load(name)
+
+
+def test_the_graph_has_every_robot_and_every_edge() -> None:
+    parents: dict[str, tuple[str, ...]] = {"r0": (), "r1": ("r0",), "r2": ("r0",), "r3": ("r1", "r2")}
+    found = Elements(graph_svg(parents))
+    tags = [tag for tag, _ in found.found]
+    assert (tags.count("circle"), tags.count("line")) == (4, 4)
+    assert found.texts["title"] == list(parents)
+    xs = [float(attributes["cx"] or "nan") for tag, attributes in found.found if tag == "circle"]
+    assert xs[0] < xs[1] == xs[2] < xs[3]
