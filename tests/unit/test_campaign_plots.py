@@ -202,9 +202,19 @@ def test_without_a_start_that_settles_there_is_no_scale_of_times():
 def test_stragglers_do_not_stretch_the_scale_of_times():
     starts = campaign_starts(families=FAMILIES[:1], count=1000)
     starts.loc[500, "settling_time"] = 60.0
+    starts.loc[:9, "settling_time"] = 0.0
     bar = start_map(starts, LAWS[0]).axes[-1]
-    assert bar.get_ylim()[1] < 40
+    low, high = bar.get_ylim()
+    times = starts["settling_time"]
+    assert 0 < low <= times.quantile(0.05) < times.quantile(0.99) <= high < 40
     assert bar.get_ylabel() == "settling time [s], up to 60 s"
+
+
+def test_a_single_settling_time_has_a_scale():
+    starts = campaign_starts(families=FAMILIES[:1], count=20).assign(settling_time=12.0)
+    bar = start_map(starts, LAWS[0]).axes[-1]
+    assert bar.get_ylim() == (12.0, 13.0)
+    assert bar.get_ylabel() == "settling time [s]"
 
 
 def test_a_law_without_runs_is_refused():

@@ -191,7 +191,7 @@ def start_map(starts: pd.DataFrame, law: str, worst: Mapping[str, int] | None = 
         _write_count(axes, own)
     _name_outer(panels, "$x$ [m]", "$y$ [m]")
     if scale is not None:
-        _time_bar(figure, panels, scale, float(runs.loc[runs["converged"], "settling_time"].max()))
+        _time_bar(figure, panels, scale, runs.loc[runs["converged"], "settling_time"])
     _title(figure, f"{law}: starts and settling times")
     _start_legend(figure, runs, scale, ringed=bool(worst))
     return figure
@@ -205,12 +205,15 @@ def _disc(runs: pd.DataFrame) -> float:
 
 
 def _time_scale(runs: pd.DataFrame) -> Normalize | None:
-    """Returns the scale of settling times, which a few stragglers do not stretch; None where nobody settles."""
-    times = runs.loc[runs["converged"], "settling_time"].dropna()
+    """Returns the scale of settling times, None where nobody settles.
+
+    Neither a few stragglers nor the few that start in their place stretch it.
+    """
+    times = runs.loc[runs["converged"], "settling_time"]
     if times.empty:
         return None
-    low, high = math.floor(times.min()), math.ceil(times.quantile(0.99))
-    return Normalize(low, max(high, low + 1), clip=True)
+    low, high = times.quantile([0.05, 0.99])
+    return Normalize(math.floor(low), max(math.ceil(high), math.floor(low) + 1), clip=True)
 
 
 def _frame_disc(axes: Axes, radius: float) -> None:
@@ -284,16 +287,18 @@ def _write_count(axes: Axes, runs: pd.DataFrame) -> None:
     text.set_in_layout(False)  # the panel's name, two lines high, has made the room
 
 
-def _time_bar(figure: Figure, panels: Sequence[Axes], scale: Normalize, slowest: float) -> None:
-    """Draws the scale of settling times beside the panels."""
+def _time_bar(figure: Figure, panels: Sequence[Axes], scale: Normalize, times: pd.Series) -> None:
+    """Draws the scale of settling times beside the panels, pointed at an end that some lie beyond."""
+    assert scale.vmin is not None
     assert scale.vmax is not None
-    beyond = slowest > scale.vmax
+    below, above = times.min() < scale.vmin, times.max() > scale.vmax
+    extend = {(False, False): "neither", (True, False): "min", (False, True): "max", (True, True): "both"}
     bar = figure.colorbar(
         ScalarMappable(scale, _TIMES), ax=list(panels), location="right", aspect=30, pad=0.02,
-        extend="max" if beyond else "neither",
+        extend=extend[bool(below), bool(above)],
     )  # fmt: skip
     bar.ax.yaxis.set_major_locator(MaxNLocator(6, integer=True))
-    bar.set_label("settling time [s]" + (f", up to {slowest:.0f} s" if beyond else ""))
+    bar.set_label("settling time [s]" + (f", up to {times.max():.0f} s" if above else ""))
     bar.outline.set_linewidth(0.0)
     bar.ax.grid(False)
 
