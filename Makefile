@@ -6,11 +6,14 @@ PYTHON ?= $(firstword $(foreach name,python3 python3.14 python3.13 python3.12 py
 PIP    := $(BIN)/python -m pip --disable-pip-version-check --quiet
 APT    := DEBIAN_FRONTEND=noninteractive apt-get -qq -o Dpkg::Use-Pty=0 >/dev/null
 INPUTS := pyproject.toml constraints.txt
+# A process for each core; a file's tests stay together, because they share what is slow to make.
+PARALLEL := -n logical --dist loadfile
 
 # A stamp is newer than what it was made from as long as nothing there has changed.
 RUNTIME := $(VENV)/.nhtrack-setup
 DEV     := $(VENV)/.nhtrack-setup-dev
 GL      := $(VENV)/.nhtrack-setup-gl
+BROWSER := $(VENV)/.nhtrack-setup-browser
 
 # $(call if_recent,NAME): NAME if it is a Python of 3.11 or newer
 if_recent = $(shell $(1) -c 'import sys; sys.version_info >= (3, 11) and print("$(1)")' 2>/dev/null)
@@ -24,6 +27,9 @@ install = if $(BIN)/python -c 'import sys; sys.exit(sys.version_info >= (3, 13))
     fi
 # Shell command that succeeds where a headless OpenGL draws a picture
 draws = $(BIN)/python -c 'import sys, nhtrack.gl as gl; sys.exit(not any(gl.probe(b).ok for b in ("egl", "osmesa")))'
+# Shell command that succeeds where there is a browser that reports can be tested in
+browses = { command -v chromium || command -v chromium-browser || command -v google-chrome || \
+    command -v google-chrome-stable; } >/dev/null
 
 EGL_PACKAGES    := libegl1 libgl1-mesa-dri libopengl0
 OSMESA_PACKAGES := libosmesa6
@@ -38,14 +44,14 @@ help:  ## list these commands
 demo: $(RUNTIME) $(GL)  ## set up, run the paper's first example on wheels, say where its results are
 	@$(BIN)/nhtrack run paper/example1
 
-test: $(DEV) $(GL)  ## set up and run the whole test suite
-	@$(BIN)/python -m pytest -q
+test: $(DEV) $(GL) $(BROWSER)  ## set up and run the whole test suite
+	@$(BIN)/python -m pytest -q $(PARALLEL)
 
 check: $(DEV)  ## lint, types, import rules and the fast tests
 	@$(BIN)/ruff check --quiet
 	@$(BIN)/mypy --no-error-summary
 	@$(BIN)/lint-imports --no-logo >$(VENV)/lint-imports.txt || { cat $(VENV)/lint-imports.txt; exit 1; }
-	@$(BIN)/python -m pytest -q -m "not slow"
+	@$(BIN)/python -m pytest -q $(PARALLEL) -m "not slow"
 
 bench: $(DEV)  ## run every script in benchmarks/
 	@for script in $(sort $(wildcard benchmarks/*.py)); do $(BIN)/python "$$script" || exit 1; done
@@ -87,3 +93,11 @@ $(GL): | $(RUNTIME)
 	@if $(draws); then touch $@; else \
 	    echo "no headless OpenGL, so no video: ask for the packages $(EGL_PACKAGES) (EGL)," \
 	        "or $(OSMESA_PACKAGES) (OSMesa)" >&2; fi
+
+# A browser for the tests of reports. Nothing is installed where there is one; without, those tests are skipped.
+$(BROWSER): | $(BIN)/python
+	@$(browses) || test "$$(id -u)" != 0 || ! command -v apt-get >/dev/null || { \
+	    echo "installing chromium for the tests of reports"; $(APT) update; \
+	    $(APT) install -y --no-install-recommends chromium || true; }
+	@if $(browses); then touch $@; else \
+	    echo "no browser, so reports are not tested in one: ask for the package chromium" >&2; fi

@@ -176,8 +176,8 @@ def test_errors_become_exit_codes(
 def test_run_passes_on_what_it_was_asked(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     runs = Runs(RobotError("stop"))
     monkeypatch.setitem(sys.modules, "nhtrack.study.run", SimpleNamespace(run_scenario=runs.run_scenario))
-    options = ["--no-video", "--no-figures", "--no-report", "--force", "--out", "there", "--seed", "7", "--backend", "ideal"]
-    invoke("run", "tour/hello", *options, "--set", "law.kp=3", "--set", "physics.friction=0.5")
+    options = ["--no-video", "--no-figures", "--no-report", "--force", "--out", "there", "--seed", "7"]
+    invoke("run", "tour/hello", *options, "--backend", "ideal", "--set", "law.kp=3", "--set", "physics.friction=0.5")
     ((scenario, out, asked),) = runs.calls
     assert (scenario.seed, scenario.backend, scenario.law.kp, scenario.physics.friction) == (7, "ideal", 3.0, 0.5)
     assert out == Path("there")

@@ -36,9 +36,9 @@ def tiles(summary: Summary) -> list[tuple[str, str]]:
 
 
 def _outcome(summary: Summary) -> list[str]:
-    moved = "MuJoCo moved" if summary["backend"] == "mujoco" else "The ideal integrator moved"
+    where = "MuJoCo's wheel contacts" if summary["backend"] == "mujoco" else "the ideal integrator"
     count = len(summary["robots"])
-    whole = f"{moved} {count} {'robots' if count > 1 else 'robot'} for {seconds(summary['duration'])}"
+    whole = f"{count} {'robots' if count > 1 else 'robot'} ran on {where} for {seconds(summary['duration'])}"
     outcome = summary["outcome"]
     if outcome == "completed":
         return [f"{whole}, and the run completed."]

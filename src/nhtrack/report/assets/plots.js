@@ -11,11 +11,10 @@ const INKS = {
   light: {ink: '#1a1a1a', soft: '#5c5c5c', grid: '#e4e4e4', paper: '#ffffff', shade: 'rgba(122,122,122,0.16)'},
   dark: {ink: '#e6e6e6', soft: '#a6a6a6', grid: '#33373c', paper: '#16181b', shade: 'rgba(200,200,200,0.14)'},
 };
-const CONFIG = {
-  displaylogo: false,
-  responsive: false, // the page does it itself: overlays have to follow
-  modeBarButtonsToRemove: ['select2d', 'lasso2d', 'autoScale2d'],
-};
+// The page follows the window by itself, since overlays have to. Panels have no buttons: they zoom by dragging, and the
+// way from one to the next with the tab key stays short.
+const CONFIG = {displaylogo: false, responsive: false, modeBarButtonsToRemove: ['select2d', 'lasso2d', 'autoScale2d']};
+const PANEL_CONFIG = {...CONFIG, displayModeBar: false};
 
 const floor = document.getElementById('floor');
 const panels = data.panels.map((panel) => ({...panel, div: document.getElementById(`panel-${panel.key}`)}));
@@ -38,10 +37,11 @@ function axis(extra) {
   };
 }
 
-function layout(extra) {
+function layout(div, extra) {
   const {ink, soft} = inks();
   return {
-    margin: MARGIN, showlegend: false, paper_bgcolor: 'rgba(0,0,0,0)', plot_bgcolor: 'rgba(0,0,0,0)',
+    width: div.clientWidth, height: div.clientHeight, margin: MARGIN, showlegend: false,
+    paper_bgcolor: 'rgba(0,0,0,0)', plot_bgcolor: 'rgba(0,0,0,0)',
     font: {family: 'system-ui, sans-serif', size: 12, color: ink},
     modebar: {bgcolor: 'rgba(0,0,0,0)', color: soft, activecolor: ink}, ...extra,
   };
@@ -60,11 +60,14 @@ function paths(kind, look) {
 function floorTraces() {
   const thin = (place) => (data.crowd && place ? 1 : place ? 2 : 3);
   const main = paths('pose', (robot, place) => ({
-    line: {color: robot.colour, width: thin(place)}, opacity: data.crowd && place ? 0.6 : 1,
+    line: {color: robot.colour, width: thin(place), simplify: data.crowd}, opacity: data.crowd && place ? 0.6 : 1,
   }));
   if (!data.twin) return main;
   const twin = paths('twin', (robot, place) => ({
-    line: {color: data.crowd ? robot.colour : inks().ink, width: 1, dash: data.crowd ? 'dot' : '5px,7px'},
+    line: {
+      color: data.crowd ? robot.colour : inks().ink, width: 1, dash: data.crowd ? 'dot' : '5px,7px',
+      simplify: data.crowd,
+    },
   }));
   return [...main, ...twin];
 }
@@ -79,17 +82,30 @@ function floorRanges() {
       low = Math.min(low, value);
       high = Math.max(high, value);
     }
-    return [low, high];
+    return withPatches(low, high, side);
   });
   const size = [floor.clientWidth - MARGIN.l - MARGIN.r, floor.clientHeight - MARGIN.t - MARGIN.b];
   const metres = Math.max(...sides.map(([low, high], k) => (high - low) / (size[k] - 2 * LEAST_ROBOT)), 1e-6);
   return sides.map(([low, high], k) => [-1, 1].map((sign) => (low + high) / 2 + sign * metres * size[k] / 2));
 }
 
+// The sides of a patch [m]: x from, to, y from, to.
+function sidesOf({rectangle, disc}) {
+  return rectangle ?? [disc[0] - disc[2], disc[0] + disc[2], disc[1] - disc[2], disc[1] + disc[2]];
+}
+
+// A range around the robots that has the patches beside them in it, as far as that leaves room for the robots.
+function withPatches(low, high, side) {
+  const room = 0.3 * (high - low);
+  const edges = data.floor.patches.flatMap((patch) => sidesOf(patch).slice(side === 'x' ? 0 : 2).slice(0, 2));
+  const near = edges.map((edge) => Math.min(Math.max(edge, low - room), high + room));
+  return [Math.min(low, ...near), Math.max(high, ...near)];
+}
+
 function patchShapes() {
-  return data.floor.patches.map(({friction, rectangle, disc, colour}) => {
-    const [x0, x1, y0, y1] = rectangle
-      ?? [disc[0] - disc[2], disc[0] + disc[2], disc[1] - disc[2], disc[1] + disc[2]];
+  return data.floor.patches.map((patch) => {
+    const {friction, rectangle, colour} = patch;
+    const [x0, x1, y0, y1] = sidesOf(patch);
     return {
       type: rectangle ? 'rect' : 'circle', x0, x1, y0, y1, layer: 'below', fillcolor: colour, opacity: 0.5,
       line: {width: 0.5, color: inks().ink},
@@ -100,14 +116,14 @@ function patchShapes() {
 
 function floorLayout() {
   const [x, y] = floorRanges();
-  return layout({
+  return layout(floor, {
     hovermode: 'closest', dragmode: 'pan', shapes: patchShapes(),
     xaxis: axis({range: x, title: {text: 'x [m]', standoff: 6}}),
     yaxis: axis({range: y, title: {text: 'y [m]', standoff: 6}, scaleanchor: 'x'}),
   });
 }
 
-// Robots on the floor, in metres about the axle midpoint, nose along +x: a dart with two wheels.
+// Robots on the floor, in metres about the axle midpoint, nose along +x: a dart on an axle with two wheels.
 const half = data.floor.half_separation ?? 0.05;
 const wheel = data.floor.wheel_radius ?? 0.4 * half;
 const DART = [[0.62, 0], [-0.38, 0.34], [-0.2, 0], [-0.38, -0.34]].map(([x, y]) => [x / 0.34 * half, y / 0.34 * half]);
@@ -115,15 +131,16 @@ const LENGTH = DART[0][0] - DART[1][0];
 
 function outline() {
   const dart = `M${DART.map((corner) => corner.join(',')).join('L')}z`;
-  const tyre = (y) => `M${-wheel},${y - wheel / 4}h${2 * wheel}v${wheel / 2}h${-2 * wheel}z`;
-  return dart + tyre(half) + tyre(-half);
+  const tyre = (y) => `M${-wheel},${y - wheel / 3}h${2 * wheel}v${2 * wheel / 3}h${-2 * wheel}z`;
+  const axle = `M${-wheel / 6},${-half}h${wheel / 3}v${2 * half}h${-wheel / 3}z`;
+  return dart + axle + tyre(half) + tyre(-half);
 }
 
 function makeRobots() {
   const svg = document.createElementNS('http://www.w3.org/2000/svg', 'svg');
   svg.setAttribute('class', 'overlay');
   const kinds = data.twin ? ['pose', 'twin'] : ['pose'];
-  // The root comes last: it is hidden by none of those that track it.
+  // Twins come first and the root comes last: what comes later lies above.
   const robots = kinds.flatMap((kind) => data.robots.map((robot, place) => {
     const group = document.createElementNS(svg.namespaceURI, 'g');
     const shape = document.createElementNS(svg.namespaceURI, 'path');
@@ -153,7 +170,8 @@ function placeRobots({svg, robots}, frame, shown) {
     if (!seen) continue;
     const size = pixels * larger;
     const [across, down] = [(x - left) * pixels, (top - y) / (top - bottom) * height];
-    group.setAttribute('transform', `translate(${across} ${down}) scale(${size} ${-size}) rotate(${heading * 180 / Math.PI})`);
+    const turn = heading * 180 / Math.PI;
+    group.setAttribute('transform', `translate(${across} ${down}) scale(${size} ${-size}) rotate(${turn})`);
   }
   return larger;
 }
@@ -169,8 +187,8 @@ function panelTraces(panel) {
   return panel.curves.flatMap((curve) => [
     ...(curve.low ? bandTraces(curve) : []),
     {
-      x: curve.t, y: curve.y, mode: 'lines', name: curve.name,
-      line: {color: curve.colour, width: 1.4, shape: panel.held ? 'hv' : 'linear'},
+      x: curve.t, y: curve.y, mode: 'lines', name: curve.name, opacity: data.crowd && !curve.low ? 0.7 : 1,
+      line: {color: curve.colour, width: 1.4, shape: panel.held ? 'hv' : 'linear', simplify: false},
       hovertemplate: '%{fullData.name}: %{y:.4g}<extra></extra>',
     },
   ]);
@@ -180,28 +198,33 @@ function valueAxis(panel, logarithmic) {
   const log = logarithmic && panel.decades;
   return axis({
     type: log ? 'log' : 'linear', nticks: 6, exponentformat: 'power',
-    ...(log ? {range: panel.decades, autorange: false, dtick: 1 + Math.floor((panel.decades[1] - panel.decades[0]) / 6)}
-      : {autorange: true, rangemode: panel.decades || panel.key === 'utilisation' ? 'tozero' : 'normal'}),
+    ...(log ? {range: log, autorange: false, dtick: 1 + Math.floor((log[1] - log[0]) / 6)}
+      : panel.key === 'utilisation' ? {range: [0, 1.15], autorange: false}
+        : {autorange: true, rangemode: panel.decades ? 'tozero' : 'normal'}),
   });
 }
 
 function panelShapes(panel) {
   const {ink, soft, shade} = inks();
   const spells = data.spells.map(([x0, x1]) => ({
-    type: 'rect', x0, x1, yref: 'paper', y0: 0, y1: 1, fillcolor: shade, line: {width: 0.5, color: shade}, layer: 'below',
+    type: 'rect', x0, x1, yref: 'paper', y0: 0, y1: 1, layer: 'below', fillcolor: shade,
+    line: {width: 0.5, color: shade},
   }));
   const limits = panel.limits.map(({name, value}) => ({
     type: 'line', xref: 'paper', x0: 0, x1: 1, y0: value, y1: value, line: {color: ink, width: 0.8, dash: 'dot'},
-    label: {text: name, textposition: 'end', yanchor: 'bottom', font: {size: 10, color: soft}},
+    label: {text: name, textposition: 'end', yanchor: 'top', font: {size: 10, color: soft}},
   }));
   return [...spells, ...limits];
 }
 
 function panelLayout(panel, logarithmic) {
-  return layout({
+  return layout(panel.div, {
     hovermode: 'x unified', hoverlabel: {bgcolor: inks().paper, font: {size: 11}}, dragmode: 'zoom',
     shapes: panelShapes(panel),
-    xaxis: axis({range: [0, duration], title: {text: 'time [s]', standoff: 4}, hoverformat: '.4g', unifiedhovertitle: {text: '%{x} s'}}),
+    xaxis: axis({
+      range: [0, duration], title: {text: 'time [s]', standoff: 4}, hoverformat: '.4g',
+      unifiedhovertitle: {text: '%{x} s'},
+    }),
     yaxis: valueAxis(panel, logarithmic),
   });
 }

@@ -7,7 +7,7 @@ const speed = document.getElementById('speed');
 const scale = document.getElementById('scale');
 const cells = [...document.querySelectorAll('.readouts tbody tr')].map((row) => [...row.querySelectorAll('td')]);
 const SPEEDS = [0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100];
-const LONGEST = 20; // [s] that a run takes to play, if a speed of the list lets it
+const LONGEST = 20; // [s] that a long run takes to play, if a speed of the list lets it
 
 const state = {frame: 0, playing: false, since: 0, from: 0, ready: false, robots: null};
 
@@ -43,7 +43,7 @@ function short(value) {
 function layOver() {
   if (state.robots) {
     const larger = placeRobots(state.robots, state.frame, chosen('shown', 'main'));
-    scale.textContent = larger === 1 ? 'Robots are drawn to scale.'
+    scale.textContent = larger < 1.05 ? 'Robots are drawn to scale.'
       : `Robots are drawn ${larger.toPrecision(2)} times as large as they are.`;
   }
   panels.filter((panel) => panel.cursor).forEach((panel) => placeCursor(panel, frames.time[state.frame]));
@@ -129,7 +129,9 @@ function redraw() {
   if (!state.ready) return;
   Plotly.react(floor, floorTraces(), floorLayout(), CONFIG);
   const logarithmic = chosen('axis', 'log') === 'log';
-  for (const panel of panels) Plotly.react(panel.div, panelTraces(panel), panelLayout(panel, logarithmic), CONFIG);
+  for (const panel of panels) {
+    Plotly.react(panel.div, panelTraces(panel), panelLayout(panel, logarithmic), PANEL_CONFIG);
+  }
   showTrajectories();
   layOver();
 }
@@ -169,9 +171,10 @@ async function draw() {
   showTrajectories();
   show(0);
   document.documentElement.dataset.firstPlot = Math.round(performance.now());
+  const logarithmic = chosen('axis', 'log') === 'log';
   for (const panel of panels) {
     await pause();
-    await Plotly.newPlot(panel.div, panelTraces(panel), panelLayout(panel, chosen('axis', 'log') === 'log'), CONFIG);
+    await Plotly.newPlot(panel.div, panelTraces(panel), panelLayout(panel, logarithmic), PANEL_CONFIG);
     panel.cursor = makeCursor(panel.div);
     followZoom(panel);
     placeCursor(panel, frames.time[state.frame]);
@@ -197,7 +200,7 @@ function listen() {
   });
 }
 
-const usual = SPEEDS.find((factor) => duration / factor <= LONGEST) ?? SPEEDS.at(-1);
+const usual = SPEEDS.find((factor) => factor >= 1 && duration / factor <= LONGEST) ?? SPEEDS.at(-1);
 speed.append(...SPEEDS.map((factor) => new Option(`${factor}×`, factor, factor === usual, factor === usual)));
 listen();
 draw();
