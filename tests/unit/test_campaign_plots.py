@@ -11,8 +11,7 @@ from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 
 from campaign_tables import FAMILIES, HEADING_LIMIT, LAWS, POSITION_LIMIT, campaign_cells, campaign_starts
-from nhtrack.plots import campaign
-from nhtrack.plots.campaign import late_errors, percent, save_campaign_figures, settling, share_map, start_map
+from nhtrack.plots.campaign import files, late_errors, percent, save_campaign_figures, settling, share_map, start_map
 from nhtrack.plots.style import INK, styled
 from nhtrack.simulation.palette import ROOT
 
@@ -324,7 +323,7 @@ def test_tables_and_style_are_left_as_they_were():
 
 
 def test_labels_make_file_names_that_differ():
-    names = campaign._file_names(["universal", "Universal, limited", "a b", "a-b", "a_b", "a b 2"])
+    names = files._file_names(["universal", "Universal, limited", "a b", "a-b", "a_b", "a b 2"])
     assert list(names.values()) == ["universal", "universal_limited", "a_b", "a_b_2", "a_b_3", "a_b_2_2"]
 
 

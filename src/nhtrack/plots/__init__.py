@@ -7,10 +7,11 @@ from pathlib import Path
 
 from matplotlib.figure import Figure
 
+from nhtrack.plots.files import save_figure
 from nhtrack.plots.paths import trajectories
 from nhtrack.plots.series import errors, inputs, slip
 from nhtrack.plots.style import styled
-from nhtrack.recording import Recording, atomic_path
+from nhtrack.recording import Recording
 
 __all__ = ["FIGURES", "errors", "inputs", "save_figures", "slip", "trajectories"]
 
@@ -29,16 +30,4 @@ def save_figures(recording: Recording, folder: Path) -> list[Path]:
     Returns:
         The files, in the order of `FIGURES`, PNG before PDF.
     """
-    written = []
-    for name, draw in FIGURES.items():
-        figure = draw(recording)
-        for suffix, metadata in (
-            (".png", {}),
-            (".pdf", {"CreationDate": None}),
-        ):  # no date: same run, same bytes
-            target = folder / f"{name}{suffix}"
-            with atomic_path(target) as temporary:
-                figure.savefig(temporary, metadata=metadata)
-            figure.set_layout_engine("none")  # laid out by the first drawing; the second need not do it again
-            written.append(target)
-    return written
+    return [path for name, draw in FIGURES.items() for path in save_figure(draw(recording), folder / name)]

@@ -6,7 +6,6 @@ The ideal twin lies under MuJoCo's path as a broad pale line; where the two part
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -21,7 +20,7 @@ from nhtrack.arrays import Array
 from nhtrack.plots.graph import left_title
 from nhtrack.plots.paths import DART, draw_glyphs, frame_panel
 from nhtrack.plots.style import INK, panel_title, styled
-from nhtrack.recording import Recording, atomic_path
+from nhtrack.recording import Recording
 from nhtrack.simulation.palette import robot_colour
 
 __all__ = [
@@ -29,7 +28,6 @@ __all__ = [
     "leader_motion",
     "panels",
     "reference_path",
-    "save_figure",
     "together",
     "tracks",
 ]
@@ -175,20 +173,6 @@ def leader_motion(recording: Recording, title: str) -> Figure:
 
 
 @styled
-def save_figure(figure: Figure, stem: Path, suffixes: Sequence[str] = (".png", ".pdf")) -> list[Path]:
-    """Writes a figure as PNG (150 dpi) and PDF; the same figure gives the same bytes."""
-    written = []
-    figure.draw_without_rendering()  # the layout settles in two passes: ticks depend on sizes, sizes on ticks
-    for suffix in suffixes:
-        target = stem.with_suffix(suffix)
-        metadata = {"CreationDate": None} if suffix == ".pdf" else {"Software": None}
-        with atomic_path(target) as temporary:
-            figure.savefig(temporary, dpi=DPI, metadata=metadata)
-        figure.set_layout_engine("none")  # laid out by the first drawing
-        written.append(target)
-    return written
-
-
 def _rows(time: Array, fraction: float) -> int:
     """Returns how many rows of a run lie within a fraction of its duration."""
     return max(1, int(np.searchsorted(time, fraction * time[-1] * (1 + 1e-12), side="right")))

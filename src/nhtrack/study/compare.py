@@ -150,7 +150,7 @@ def _run_all(planned: Comparison, stage: Stage | None) -> Comparison:
 def _drawn(found: Comparison) -> Comparison:
     """Returns a comparison with its figure, or with the reason why there is none."""
     from nhtrack.plots.compare import overlay
-    from nhtrack.plots.paper import save_figure
+    from nhtrack.plots.files import save_figure
 
     try:
         figure = overlay(found.recordings, room_of(list(found.recordings.values())))

@@ -278,14 +278,13 @@ def _completed(file: Path) -> Recording:
 
 
 def _draw(done: Sequence[ExampleRuns], folder: Path, pdf: bool, progress: Progress | None) -> list[Path]:
-    from nhtrack.plots.paper import save_figure
+    from nhtrack.plots.files import save_figure
+    from nhtrack.plots.paper import DPI
 
     wanted = [(figure, runs.shown) for runs in done for figure in runs.example.figures]
     written: list[Path] = []
     for i, (figure, runs) in enumerate(wanted):
-        written += save_figure(
-            figure.draw(runs), folder / figure.name, (".png", ".pdf") if pdf else (".png",)
-        )
+        written += save_figure(figure.draw(runs), folder / figure.name, (".png", ".pdf") if pdf else (".png",), DPI)
         if progress is not None:
             progress(i + 1, len(wanted))
     return written

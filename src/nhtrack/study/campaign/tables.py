@@ -68,6 +68,7 @@ def cells_of(
     rows = []
     for (law, family), part in runs.groupby(["law", "family"], sort=False):
         converged, interval = int(part["converged"].sum()), _wilson(part["converged"])
+        part = part.assign(settling_time=part["settling_time"].where(part["converged"]))  # others may be leaving again
         row = {"law": law, "family": family, "starts": len(part), "converged": converged, "lost": part["lost"].sum()}
         row |= {"share": converged / len(part), "share_low": interval[0], "share_high": interval[1]}
         row |= {f"{_SHORT.get(name, name)}_median": part[name].median() for name in _MEDIANS}
