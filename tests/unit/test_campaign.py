@@ -247,8 +247,9 @@ def test_on_wheels_a_lost_simulation_stands_still_and_the_others_go_on(tmp_path:
         np.testing.assert_array_equal(single.g[0], path[-1][member])
     strict = MujocoSimulation(scene, experiment.dt, (3,))
     strict.reset(experiment.start)
+    wrong = commands(20)
     with pytest.raises(SimulationDiverged):
-        strict.step(commands(20))
+        strict.step(wrong)
 
 
 # -- tables -----------------------------------------------------------------------------------------
@@ -352,8 +353,8 @@ def test_gains_are_tuned_once_and_taken_over(tmp_path: Path) -> None:
         case(tmp_path, *plain, "starts.seed=8"), tmp_path / "second", processes=1, tuned_by=tmp_path / "first"
     )
     assert "k_x=7 " in second.cells[second.cells["law"] == "k"]["gains"].iloc[0]
+    other = case(tmp_path, "families=[rest]", "duration=20", tuning)
     with pytest.raises(CampaignError, match=r"duration, families differ"):
-        other = case(tmp_path, "families=[rest]", "duration=20", tuning)
         run_campaign(other, tmp_path / "third", tuned_by=tmp_path / "first")
 
 
