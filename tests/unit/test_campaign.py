@@ -242,7 +242,7 @@ def test_on_wheels_a_lost_simulation_stands_still_and_the_others_go_on(tmp_path:
     for member in (0, 2):
         alone = MujocoSimulation(scene, experiment.dt, (1,))
         single = alone.reset(State(0.0, experiment.start.g[[member]], experiment.start.xi[[member]]))
-        for k in range(60):
+        for _ in range(60):
             single = alone.step(commands(0)[[member]])
         np.testing.assert_array_equal(single.g[0], path[-1][member])
     strict = MujocoSimulation(scene, experiment.dt, (3,))
