@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import errno
 import hashlib
 import json
 from html.parser import HTMLParser
@@ -15,7 +16,7 @@ import pytest
 from nhtrack import assets
 from nhtrack.metrics import heading_error, position_error, summary
 from nhtrack.recording import Recording
-from nhtrack.report import Extras, page, render, write
+from nhtrack.report import Extras, render, write
 from nhtrack.report.data import payload
 from nhtrack.report.graph import graph_svg
 from nhtrack.report.keys import meanings, yaml_text
@@ -302,12 +303,12 @@ def test_a_page_appears_whole_or_not_at_all(
     assert write(recording, figures, target) == target
     before = target.read_bytes()
 
-    def fail(*_: object) -> str:
-        assert {path.suffix for path in tmp_path.iterdir()} == {".html"}
-        raise ValueError("broken")
+    def half(path: Path, text: str, **_: object) -> None:
+        path.write_bytes(text[: len(text) // 2].encode())
+        raise OSError(errno.ENOSPC, "No space left on device")
 
-    monkeypatch.setattr(page, "render", fail)
-    with pytest.raises(ValueError, match="broken"):
+    monkeypatch.setattr(Path, "write_text", half)
+    with pytest.raises(OSError, match="No space left"):
         write(recording, figures, target)
     assert [path.name for path in tmp_path.iterdir()] == ["report.html"]
     assert target.read_bytes() == before
