@@ -90,8 +90,8 @@ def test_everything_is_reached_with_the_tab_key(open_report: Opener, report: Pat
         opened.page.keyboard.press("Tab")
         reached.add(opened.page.evaluate("document.activeElement.id || document.activeElement.className"))
     assert {"theme", "play", "time", "speed", "readouts", "scroll"} <= reached
-    nameless = opened.page.locator("button, input, select, video, [role=img], [tabindex]").evaluate_all(
-        "nodes => nodes.filter(n => !n.ariaLabel && !n.labels?.length && !n.closest('.plot')).map(n => n.outerHTML)"
+    nameless = opened.page.locator("button, input, select, video, [role=img], [role=group], [tabindex]").evaluate_all(
+        "nodes => nodes.filter(n => !n.ariaLabel && !n.labels?.length && !n.closest('.modebar')).map(n => n.outerHTML)"
     )
     assert nameless == []
 
@@ -201,6 +201,22 @@ def test_names_stay_text(open_report: Opener, tmp_path: Path) -> None:
     opened.page.locator("#panel-u_x").hover(position={"x": 200, "y": 80})  # Plotly writes names beside the pointer
     opened.page.wait_for_timeout(500)
     assert opened.page.locator("img").count() == 0
+
+
+def test_a_run_that_hardly_began_and_one_gone_wild_are_shown(open_report: Opener, tmp_path: Path) -> None:
+    short = open_report(write_report(whole_recording(1, stop=0.0), tmp_path / "short.html"))
+    assert short.time() == 0.0
+    short.page.keyboard.press("End")
+    assert np.isfinite(cursors(short)).all()
+    recording = whole_recording(1, samples=101)
+    recording["pose"].values[90:, 1, 0] = 1e30
+    recording["ideal_pose"].values[50:] = np.nan
+    wild = open_report(write_report(recording, tmp_path / "wild.html"))
+    wild.slide(100)
+    twin = wild.page.locator('.robot[data-robot="follower"][data-kind="twin"]')
+    assert not twin.is_visible()  # it is not known any more
+    wild.slide(0)
+    assert twin.evaluate("node => node.style.display") == ""
 
 
 def test_64_robots_are_small_enough_and_soon_there(open_report: Opener, tmp_path: Path) -> None:

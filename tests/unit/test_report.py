@@ -142,6 +142,29 @@ def test_a_crowd_becomes_a_band_around_its_median() -> None:
     assert min(band["low"]) == pytest.approx(errors.min(), rel=DIGITS)
 
 
+@pytest.mark.parametrize("stop", [0.0, 0.1])
+def test_a_run_that_hardly_began_has_a_report(stop: float) -> None:
+    text = report(whole_recording(1, stop=stop))
+    assert "then the run was interrupted" in text
+    assert len(numbers_of(text)["frames"]["time"]) == (1 if stop == 0.0 else 2)
+
+
+@pytest.mark.parametrize("followers", [1, 9])
+def test_a_run_gone_wild_has_a_report(followers: int) -> None:
+    """Numbers too large to square, a twin that is lost, and not a word of warning from the libraries."""
+    wild = whole_recording(followers, samples=101)
+    wild["pose"].values[90:, 1, 0] = 1e200
+    wild["error"].values[90:, 1, 0] = 1e200
+    wild["ideal_pose"].values[50:] = np.nan
+    with np.errstate(over="ignore", invalid="ignore"):  # as a run does while it makes its summary
+        figures = summary(wild)
+    text = render(wild, figures)
+    frames = numbers_of(text)["frames"]
+    assert frames["pose"]["x"][1][-1] == 1e200
+    assert frames["twin"]["x"][1][49:51] == [pytest.approx(wild["ideal_pose"].values[49, 1, 0], rel=DIGITS), None]
+    assert "is not known to the end" in text
+
+
 def test_an_ideal_run_has_no_wheels_and_no_twin(tmp_path: Path) -> None:
     outcome = run_scenario(
         load("tour/hello", ["backend=ideal", "duration=0.5"]), tmp_path / "run", figures=False, video=False

@@ -26,6 +26,7 @@ MOST_FRAMES = 2000  # more than a slider has pixels
 POSES = 40_000  # of all robots together: what a browser draws within a second
 
 
+@np.errstate(over="ignore", invalid="ignore")  # a run gone wild has numbers too large to square
 def payload(recording: Recording) -> dict[str, Any]:
     """Returns what the page's scripts draw, ready for JSON; unknown numbers are None.
 

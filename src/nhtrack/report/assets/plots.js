@@ -4,6 +4,7 @@
 const data = JSON.parse(document.getElementById('data').textContent);
 const frames = data.frames;
 const duration = frames.time[frames.time.length - 1];
+const WHOLE = [0, duration || 1]; // the time axis of a run of a single row has a length, too
 
 const MARGIN = {l: 54, r: 12, t: 8, b: 38}; // [px] fixed, so that a place on the plot is known without asking Plotly
 const LEAST_ROBOT = data.crowd ? 15 : 26; // [px] smaller robots are drawn larger than they are, and the page says so
@@ -222,7 +223,7 @@ function panelLayout(panel, logarithmic) {
     hovermode: 'x unified', hoverlabel: {bgcolor: inks().paper, font: {size: 11}}, dragmode: 'zoom',
     shapes: panelShapes(panel),
     xaxis: axis({
-      range: [0, duration], title: {text: 'time [s]', standoff: 4}, hoverformat: '.4g',
+      range: WHOLE.slice(), title: {text: 'time [s]', standoff: 4}, hoverformat: '.4g',
       unifiedhovertitle: {text: '%{x} s'},
     }),
     yaxis: valueAxis(panel, logarithmic),

@@ -151,7 +151,7 @@ function followZoom(source) {
   source.div.on('plotly_relayout', (change) => {
     if (!Object.keys(change).some((key) => key.startsWith('xaxis.')) || change['xaxis.range'] !== undefined) return;
     const whole = change['xaxis.autorange'];
-    const range = whole ? [0, duration] : [change['xaxis.range[0]'], change['xaxis.range[1]']];
+    const range = whole ? WHOLE : [change['xaxis.range[0]'], change['xaxis.range[1]']];
     // `xaxis.range` as a whole is what only this function sets: what it sets off is not followed again.
     for (const panel of panels) Plotly.relayout(panel.div, {'xaxis.range': [...range]}).then(layOver);
   });
