@@ -3,43 +3,26 @@
 from __future__ import annotations
 
 import shutil
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from collections.abc import Iterator
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import pytest
 
 from nhtrack.recording import Recording
+from opened import Opened, Opener, watch
 from reports import whole_recording, write_report
 
-playwright = pytest.importorskip("playwright.sync_api", reason="Playwright is not installed: pip install playwright")
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser
 
 NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
 PATIENCE = 120_000  # [ms] for a page on a machine that is busy with other things
 
 
-@dataclass
-class Opened:
-    """A report in a browser, and what went wrong with it."""
-
-    page: playwright.Page
-    problems: list[str] = field(default_factory=list)
-
-    def time(self) -> float:
-        return float(self.page.locator("#clock").inner_text().split("/")[0])
-
-    def glyph(self, robot: str, kind: str = "pose") -> str | None:
-        return self.page.locator(f'.robot[data-robot="{robot}"][data-kind="{kind}"]').get_attribute("transform")
-
-    def slide(self, value: int) -> None:
-        self.page.locator("#time").fill(str(value))
-
-
-Opener = Callable[..., Opened]
-
-
 @pytest.fixture(scope="session")
-def browser() -> Iterator[playwright.Browser]:
+def browser() -> Iterator[Browser]:
+    playwright = pytest.importorskip("playwright.sync_api", reason="Playwright is not installed")
     program = next(filter(None, map(shutil.which, NAMES)), None)
     if program is None:
         pytest.skip(f"no browser: none of {', '.join(NAMES)} is installed")
@@ -51,7 +34,7 @@ def browser() -> Iterator[playwright.Browser]:
 
 
 @pytest.fixture
-def open_report(browser: playwright.Browser) -> Iterator[Opener]:
+def open_report(browser: Browser) -> Iterator[Opener]:
     """Opens reports; afterwards none may have complained, asked for another file or opened a dialog."""
     all_opened: list[Opened] = []
 
@@ -70,27 +53,6 @@ def open_report(browser: playwright.Browser) -> Iterator[Opener]:
     for opened in all_opened:
         opened.page.close()
         assert opened.problems == []
-
-
-def watch(opened: Opened, address: str) -> None:
-    """Notes what a page must not do, and keeps it from loading anything but itself."""
-    page, problems = opened.page, opened.problems
-
-    def guard(route: playwright.Route) -> None:
-        if route.request.url.partition("#")[0] == address:
-            route.continue_()
-        else:
-            problems.append(f"asked for {route.request.url[:200]}")
-            route.abort()
-
-    def dismiss(dialog: playwright.Dialog) -> None:
-        problems.append(f"dialog: {dialog.message}")
-        dialog.dismiss()
-
-    page.route("**/*", guard)
-    page.on("dialog", dismiss)
-    page.on("pageerror", lambda error: problems.append(f"error: {error}"))
-    page.on("console", lambda said: problems.append(said.text) if said.type in ("error", "warning") else None)
 
 
 @pytest.fixture(scope="session")

@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from browser.conftest import Opened, Opener
 from nhtrack.recording import Recording
 from nhtrack.video.encode import write_mp4
+from opened import Opened, Opener
 from reports import whole_recording, write_report
 
 pytestmark = pytest.mark.slow

@@ -1,0 +1,51 @@
+"""A report in a browser, and what went wrong with it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Dialog, Page, Route
+
+
+@dataclass
+class Opened:
+    """A page with a report in it; `problems` is what it said, asked for or did that it must not."""
+
+    page: Page
+    problems: list[str] = field(default_factory=list)
+
+    def time(self) -> float:
+        return float(self.page.locator("#clock").inner_text().split("/")[0])
+
+    def glyph(self, robot: str, kind: str = "pose") -> str | None:
+        return self.page.locator(f'.robot[data-robot="{robot}"][data-kind="{kind}"]').get_attribute("transform")
+
+    def slide(self, value: int) -> None:
+        self.page.locator("#time").fill(str(value))
+
+
+Opener = Callable[..., Opened]
+
+
+def watch(opened: Opened, address: str) -> None:
+    """Notes what a page must not do, and keeps it from loading anything but itself."""
+    page, problems = opened.page, opened.problems
+
+    def guard(route: Route) -> None:
+        if route.request.url.partition("#")[0] == address:
+            route.continue_()
+        else:
+            problems.append(f"asked for {route.request.url[:200]}")
+            route.abort()
+
+    def dismiss(dialog: Dialog) -> None:
+        problems.append(f"dialog: {dialog.message}")
+        dialog.dismiss()
+
+    page.route("**/*", guard)
+    page.on("dialog", dismiss)
+    page.on("pageerror", lambda error: problems.append(f"error: {error}"))
+    page.on("console", lambda said: problems.append(said.text) if said.type in ("error", "warning") else None)
