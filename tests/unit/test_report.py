@@ -204,9 +204,9 @@ def test_a_follower_that_converged_is_told_with_when_and_how_near() -> None:
     assert "No motor was at its limits." in told()
 
 
-def test_a_follower_that_did_not_converge_is_told_so() -> None:
+def test_a_follower_that_did_not_settle_is_told_so() -> None:
     text = told(**follower(settling_time=None, late_position_error=0.5, final_position_error=0.25))
-    assert "follower did not converge" in text
+    assert "follower did not settle within 5 % of its largest error" in text
     assert "off by up to 500 mm" in text
     assert "by 250 mm" in text
     assert "stayed within" not in text
@@ -243,7 +243,7 @@ def test_a_crowd_is_told_in_one_go() -> None:
     text = " ".join(verdicts(crowd))
     assert "7 of 9 followers" in text
     assert "the first after 2 s, half of them after 5 s, the last after 8 s." in text
-    assert "f1 and f2 did not converge." in text
+    assert "f1 and f2 did not settle." in text
     assert dict(tiles(crowd))["followers settled"] == "7 of 9"
 
 

@@ -59,8 +59,9 @@ def _follower(name: str, figures: Mapping[str, float | None], duration: float) -
     if figures["settling_time"] is None:
         end = f"{quantity(figures['final_position_error'], 'm')} and {quantity(figures['final_heading_error'], 'rad')}"
         return (
-            f"{name} did not converge: it began {quantity(figures['initial_position_error'], 'm')} from its place, "
-            f"was off by up to {late} in the last {share(LATE)} of the run, and by {end} at its end."
+            f"{name} did not settle within {share(SETTLED)} of its largest error: it began "
+            f"{quantity(figures['initial_position_error'], 'm')} from its place, was off by up to {late} in the last "
+            f"{share(LATE)} of the run, and by {end} at its end."
         )
     since = f"after {seconds(figures['settling_time'])}" if figures["settling_time"] < duration else "at the very end"
     return (
@@ -82,7 +83,7 @@ def _crowd_convergence(followers: Mapping[str, Mapping[str, float | None]]) -> l
         )
     told[0] += "."
     if astray:
-        told.append(f"{listed(astray)} did not converge.")
+        told.append(f"{listed(astray)} did not settle.")
     worst = _worst(followers, "late_position_error")
     if worst:
         told.append(f"In the last {share(LATE)} of the run {worst[0]} was off the most, {quantity(worst[1], 'm')}.")

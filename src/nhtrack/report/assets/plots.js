@@ -50,9 +50,20 @@ function layout(div, extra) {
 
 // The floor ----------------------------------------------------------------------------------------------------------
 
+function chosen(name, otherwise) {
+  return document.querySelector(`input[name="${name}"]:checked`)?.value ?? otherwise;
+}
+
+// Whether the trajectories of `pose` (what ran) or `twin` are among those to be seen.
+function isShown(kind) {
+  const shown = chosen('shown', 'main');
+  return shown === 'both' || (shown === 'twin') === (kind === 'twin');
+}
+
 function paths(kind, look) {
   return data.robots.map((robot, place) => ({
     x: frames[kind].x[place], y: frames[kind].y[place], mode: 'lines', name: robot.name, meta: kind,
+    visible: isShown(kind),
     hovertemplate: `%{fullData.name}<br>%{x:.4g} m, %{y:.4g} m<extra>${kind === 'twin' ? 'ideal twin' : ''}</extra>`,
     ...look(robot, place),
   }));
@@ -61,13 +72,12 @@ function paths(kind, look) {
 function floorTraces() {
   const thin = (place) => (data.crowd && place ? 1 : place ? 2 : 3);
   const main = paths('pose', (robot, place) => ({
-    line: {color: robot.colour, width: thin(place), simplify: data.crowd}, opacity: data.crowd && place ? 0.6 : 1,
+    line: {color: robot.colour, width: thin(place), simplify: false}, opacity: data.crowd && place ? 0.6 : 1,
   }));
   if (!data.twin) return main;
   const twin = paths('twin', (robot, place) => ({
     line: {
-      color: data.crowd ? robot.colour : inks().ink, width: 1, dash: data.crowd ? 'dot' : '5px,7px',
-      simplify: data.crowd,
+      color: data.crowd ? robot.colour : inks().ink, width: 1, dash: data.crowd ? 'dot' : '5px,7px', simplify: false,
     },
   }));
   return [...main, ...twin];
@@ -158,15 +168,16 @@ function makeRobots() {
   return {svg, robots};
 }
 
-function placeRobots({svg, robots}, frame, shown) {
+function placeRobots({svg, robots}, frame) {
   const [width, height] = [floor.clientWidth - MARGIN.l - MARGIN.r, floor.clientHeight - MARGIN.t - MARGIN.b];
   Object.assign(svg.style, {left: `${MARGIN.l}px`, top: `${MARGIN.t}px`, width: `${width}px`, height: `${height}px`});
   const [[left, right], [bottom, top]] = [floor.layout.xaxis.range, floor.layout.yaxis.range];
   const pixels = width / (right - left);
+  const shown = {pose: isShown('pose'), twin: isShown('twin')};
   const larger = Math.max(1, LEAST_ROBOT / (LENGTH * pixels));
   for (const {kind, place, group} of robots) {
     const [x, y, heading] = ['x', 'y', 'h'].map((part) => frames[kind][part][place][frame]);
-    const seen = x !== null && (shown === 'both' || (shown === 'twin') === (kind === 'twin'));
+    const seen = x !== null && shown[kind];
     group.style.display = seen ? '' : 'none';
     if (!seen) continue;
     const size = pixels * larger;

@@ -11,10 +11,6 @@ const LONGEST = 20; // [s] that a long run takes to play, if a speed of the list
 
 const state = {frame: 0, playing: false, since: 0, from: 0, ready: false, robots: null};
 
-function chosen(name, otherwise) {
-  return document.querySelector(`input[name="${name}"]:checked`)?.value ?? otherwise;
-}
-
 // Time ---------------------------------------------------------------------------------------------------------------
 
 function show(frame) {
@@ -42,7 +38,7 @@ function short(value) {
 // Puts robots and cursors where the current time and the plots' axes want them.
 function layOver() {
   if (state.robots) {
-    const larger = placeRobots(state.robots, state.frame, chosen('shown', 'main'));
+    const larger = placeRobots(state.robots, state.frame);
     scale.textContent = larger < 1.05 ? 'Robots are drawn to scale.'
       : `Robots are drawn ${larger.toPrecision(2)} times as large as they are.`;
   }
@@ -110,10 +106,7 @@ function onKey(event) {
 // What is shown ------------------------------------------------------------------------------------------------------
 
 function showTrajectories() {
-  if (!data.twin) return;
-  const shown = chosen('shown', 'main');
-  const visible = floor.data.map(({meta}) => shown === 'both' || (shown === 'twin') === (meta === 'twin'));
-  Plotly.restyle(floor, {visible});
+  Plotly.restyle(floor, {visible: floor.data.map(({meta}) => isShown(meta))});
   layOver();
 }
 
@@ -132,7 +125,6 @@ function redraw() {
   for (const panel of panels) {
     Plotly.react(panel.div, panelTraces(panel), panelLayout(panel, logarithmic), PANEL_CONFIG);
   }
-  showTrajectories();
   layOver();
 }
 
@@ -168,7 +160,6 @@ async function draw() {
   state.robots = makeRobots();
   floor.on('plotly_relayout', layOver);
   floor.on('plotly_relayouting', layOver);
-  showTrajectories();
   show(0);
   document.documentElement.dataset.firstPlot = Math.round(performance.now());
   const logarithmic = chosen('axis', 'log') === 'log';
