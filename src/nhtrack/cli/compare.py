@@ -22,6 +22,8 @@ if TYPE_CHECKING:
 
 Show: TypeAlias = Callable[[float | None], str]
 
+_WARNINGS = 12  # on the screen: more would push the tables off it
+
 
 @app.command()
 def compare(
@@ -97,19 +99,26 @@ def _print_comparison(found: Comparison, console: Console) -> None:
     """Prints how the laws did, the gains that were found, what there is to say of it, and where its files are."""
     title = f"{found.scenario.name}: the worst follower of each law"
     console.print(_table(title, found, _TRACKING, outcome=True))
-    console.print(_table("How far wheels and ideal twin part, and what was asked of floor and motors", found, _ASKING))
+    console.print(_table("Gap to the ideal twin, and what was asked of wheels", found, _ASKING))
     for label, tuning in found.tunings.items():
         gains = ", ".join(f"{name} {gain:g}" for name, gain in tuning.gains.items())
         cost = f"cost {show_quantity(tuning.cost_before, '')} -> {show_quantity(tuning.cost, '')}"
-        console.print(f"tuned: {label}: {gains} ({cost})", highlight=False, soft_wrap=True, markup=False)
+        _print_line(console, f"tuned: {label}: {gains} ({cost})")
     for note in found.notes:
-        console.print(f"note: {note}", highlight=False, soft_wrap=True, markup=False)
-    for warning in found.warnings:
-        console.print(f"[yellow]warning:[/] {escape(warning)}", highlight=False, soft_wrap=True)
+        _print_line(console, f"note: {escape(note)}")
+    for warning in found.warnings[:_WARNINGS]:
+        _print_line(console, f"[yellow]warning:[/] {escape(warning)}")
+    if len(found.warnings) > _WARNINGS:
+        _print_line(console, f"and {len(found.warnings) - _WARNINGS} more warnings in comparison.json")
     for reason in found.skipped:
-        console.print(f"[yellow]left out:[/] {escape(reason)}", highlight=False, soft_wrap=True)
+        _print_line(console, f"[yellow]left out:[/] {escape(reason)}")
     for file in found.files:
-        console.print(f"wrote {file}", highlight=False, soft_wrap=True, markup=False)
+        _print_line(console, f"wrote {escape(str(file))}")
+
+
+def _print_line(console: Console, line: str) -> None:
+    """Prints a line that stays one, however narrow the screen."""
+    console.print(line, highlight=False, soft_wrap=True)
 
 
 def _in(unit: str) -> Show:

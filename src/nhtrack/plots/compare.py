@@ -37,7 +37,7 @@ class _Shown(NamedTuple):
         label: what it is called.
         colour: its colour.
         run: its recording.
-        path: where its followers were, in scenario units, NaN from where they left the room, shape (t, n - 1, 3).
+        path: where its followers were, in scenario units, NaN outside the room, shape (t, n - 1, 3).
     """
 
     label: str
@@ -81,12 +81,11 @@ def overlay(runs: Mapping[str, Recording], room: Room) -> Figure:
 
 
 def _path(run: Recording, room: Room) -> np.ndarray:
-    """Returns poses in scenario units, NaN from where a robot first is outside the room, shape (t, n, 3)."""
+    """Returns poses in scenario units, NaN outside the room, shape (t, n, 3)."""
     pose = run["pose"].values.copy()
     x_min, x_max, y_min, y_max = room
     x, y = pose[..., 0], pose[..., 1]
-    inside = (x >= x_min) & (x <= x_max) & (y >= y_min) & (y <= y_max)
-    pose[~np.logical_and.accumulate(inside, axis=0)] = np.nan
+    pose[(x < x_min) | (x > x_max) | (y < y_min) | (y > y_max)] = np.nan
     return np.asarray(pose / [run.length_scale, run.length_scale, 1.0])
 
 
@@ -123,7 +122,7 @@ def _draw_floor(axes: Axes, shown: list[_Shown], root: np.ndarray, longest: Reco
 
 def _last(path: np.ndarray) -> np.ndarray:
     """Returns the last pose that each robot of a path (t, k, 3) has in the room, shape (k, 3)."""
-    rows = np.isfinite(path[..., 0]).sum(axis=0) - 1
+    rows = len(path) - 1 - np.isfinite(path[::-1, :, 0]).argmax(axis=0)
     return np.asarray(path[rows, np.arange(path.shape[1])])
 
 
@@ -142,11 +141,12 @@ def _draw_errors(panels: list[Axes], shown: list[_Shown], count: int) -> None:
     rows = (("b", "position error", "m", position_error), ("c", "heading error", "rad", heading_error))
     for axes, (letter, name, unit, error) in zip(panels, rows, strict=True):
         curves = [np.abs(error(each.run)[:, 1:]).max(axis=1) for each in shown]
-        for each, curve in zip(shown, curves, strict=True):
-            axes.plot(each.run.time, np.where(curve > 0, curve, np.nan), color=each.colour)
+        low, high = _limits([curve for each, curve in zip(shown, curves, strict=True) if _whole(each)] or curves)
+        for each, curve in zip(shown, curves, strict=True):  # no axis can bear what a run that diverges leaves
+            axes.plot(each.run.time, np.where(curve > 0, np.minimum(curve, 10 * high), np.nan), color=each.colour)
         axes.set_yscale("log")
         axes.yaxis.set_minor_formatter(NullFormatter())
-        axes.set_ylim(*_limits([curve for each, curve in zip(shown, curves, strict=True) if _whole(each)] or curves))
+        axes.set_ylim(low, high)
         axes.set_ylabel(f"{name} [{unit}]")
         panel_title(axes, letter, f"{name}{whose}")
         ends = np.array([_end(each, curve) for each, curve in zip(shown, curves, strict=True)])
@@ -170,11 +170,10 @@ def _limits(curves: list[np.ndarray]) -> tuple[float, float]:
 
 def _ending(each: _Shown) -> str:
     """Returns what to say of a run that did not complete."""
-    return "" if _whole(each) else f", {each.run.outcome.split(':')[0]} at {each.run.time[-1]:.3g} s"
+    return "" if _whole(each) else f", {each.run.outcome.split(':')[0]}"
 
 
 def _end(each: _Shown, curve: np.ndarray) -> float:
     """Returns where a curve is as its run ends: the median of the last rows, since errors swing."""
-    last = curve[-max(1, round(_LAST * len(curve))) :]
-    last = last[np.isfinite(last) & (last > 0)]
-    return float(np.median(last)) if last.size else _NOTHING
+    known = curve[np.isfinite(curve) & (curve > 0)]
+    return float(np.median(known[-max(1, round(_LAST * len(curve))) :])) if known.size else _NOTHING

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from functools import partial
 from typing import TypeVar, get_args
 
@@ -15,6 +16,8 @@ from nhtrack.scenario.tree import ancestors, dotted, parse_yaml
 from nhtrack.simulation.palette import FOLLOWERS
 
 MOST_LAWS = len(FOLLOWERS)  # each has a colour of its own
+
+_QUOTES = "in a shell a mapping stands in quotes"
 
 # Loads a scenario by its file, its bundled name or a recording of it.
 Read = Callable[[str], Scenario]
@@ -72,6 +75,8 @@ def load_laws(own: Callable[[], Scenario], texts: Sequence[str], read: Read) -> 
     scenario = _attempt(own, errors)
     laws: dict[str, Law] = {}
     for text in texts:
+        if scenario is None and text in _KINDS:
+            continue  # it may be the scenario's own
         law = _attempt(partial(_law, text, scenario, read), errors)
         if law is not None:
             laws[text] = law
@@ -122,7 +127,7 @@ def _written(text: str) -> Law:
     """Returns the law of a YAML flow mapping."""
     document = parse_yaml(text)
     tree = {"law": document.tree}
-    faults = list(document.faults)
+    faults = [replace(fault, message=f"{fault.message}; {_QUOTES}") for fault in document.faults]
     try:
         if document.tree is not None:
             law = _Written.model_validate(tree).law

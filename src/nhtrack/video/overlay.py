@@ -175,6 +175,8 @@ def _groups(recording: Recording) -> dict[str, list[int]]:
 
 def _length(metres: float) -> str:
     """Returns a distance with a unit that suits it; figures of constant width, so that they can be read running."""
+    if metres >= 1e4:
+        return f"{metres:.0e} m"
     if metres >= 1.0:
         return f"{metres:5.2f} m"
     return f"{100 * metres:5.1f} cm" if metres >= 0.01 else f"{1000 * metres:5.2f} mm"

@@ -21,7 +21,8 @@ def together(runs: Mapping[str, Recording], room: Room) -> Recording:
 
     The root is called `leader` and is that of the first run that went as far as any. Followers are called
     `<follower>-<label>` and have the colour of their run: the second of the palette for the first run, and so on. A
-    follower whose run ended, or that left the room, stays where it was last. Attribute `groups` names each run's.
+    follower stays where its run ended, and where it left the room until it is back. Attribute `groups` names those of
+    each run.
 
     Args:
         runs: by their labels, of one scenario under several laws: same robots, same times as far as they go.
@@ -41,17 +42,16 @@ def together(runs: Mapping[str, Recording], room: Room) -> Recording:
     return make_recording(root.time, spec.robots, variables, attributes, _qpos(runs, root, rows))
 
 
-def first_outside(recording: Recording, room: Room) -> np.ndarray:
-    """Returns the row in which each follower first is outside the room, shape (n - 1,); the rows where it never is."""
-    x, y = np.moveaxis(recording["pose"].values[:, 1:, :2], -1, 0)
-    x_min, x_max, y_min, y_max = room
-    outside = (x < x_min) | (x > x_max) | (y < y_min) | (y > y_max)
-    return np.asarray(np.where(outside.any(axis=0), outside.argmax(axis=0), len(outside)))
-
-
 def _shown_rows(run: Recording, room: Room, length: int) -> np.ndarray:
-    """Returns which row of a run shows each follower in each row of the film, shape (length, n - 1)."""
-    return np.asarray(np.minimum(np.arange(length)[:, None], first_outside(run, room) - 1))
+    """Returns which row of a run shows each follower in each row of the film, shape (length, n - 1).
+
+    That is the last one so far in which it was in the room.
+    """
+    x, y = np.moveaxis(run["pose"].values[:, 1:, :2], -1, 0)
+    x_min, x_max, y_min, y_max = room
+    inside = (x >= x_min) & (x <= x_max) & (y >= y_min) & (y <= y_max)
+    rows = np.maximum.accumulate(np.where(inside, np.arange(len(inside))[:, None], 0), axis=0)
+    return np.asarray(rows[np.minimum(np.arange(length), len(rows) - 1)])
 
 
 def _followers(run: Recording, rows: np.ndarray) -> dict[str, np.ndarray]:
