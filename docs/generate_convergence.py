@@ -1,4 +1,4 @@
-"""Writes the tables of docs/convergence.md anew from what campaigns left in docs/campaigns/.
+"""Writes the tables of docs/convergence.md, and that of laws in README.md, from what campaigns left in docs/campaigns/.
 
 Run as `python docs/generate_convergence.py`. A campaign's folder there holds its `cells.csv` and, in `figures/`, those
 of its figures that the page shows; a folder that is not there leaves a line that says so.
@@ -226,9 +226,34 @@ def folded(summary: str, content: str) -> str:
     return f"<details><summary>{heading}</summary>\n\n{content}\n\n</details>"
 
 
+def overview() -> str:
+    """Returns the table of the README: what share of all starts each law brings in, and to which references all."""
+    ideal, wheels = (
+        pd.concat([read_cells(path) for name in names if (path := CAMPAIGNS / name / "cells.csv").is_file()])
+        for names in (("ideal", "rivals_ideal"), ("mujoco", "rivals_mujoco"))
+    )
+    rows = []
+    for law in ideal["law"].unique():
+        cells = ideal[ideal["law"] == law]
+        all_of = cells[cells["converged"] == cells["starts"]]["family"]
+        reached = "all" if len(all_of) == len(cells) else ", ".join(all_of) or "none"
+        # On wheels `universal` keeps the limits of its robot and is called by its name alone.
+        driven = wheels[wheels["law"] == law.removesuffix(" limited")] if law != "universal" else wheels[:0]
+        rows.append([f"`{law}`", reached, overall(cells), overall(driven)])
+    return table(["law", "every start arrives at", "of all starts, ideal", "on wheels"], rows)
+
+
+def overall(cells: pd.DataFrame) -> str:
+    """Returns the share of all runs that converge, and their number; empty where there are none."""
+    if cells.empty:
+        return ""
+    return f"{percent(cells['converged'].sum() / cells['starts'].sum())} % of {grouped(cells['starts'].sum())}"
+
+
 def main() -> None:
-    """Writes the page's tables."""
+    """Writes the tables of the page, and the one of the README."""
     fill(PAGE, {"families": families_table(), **{name: part(CAMPAIGNS / name) for name in FOLDERS}})
+    fill(DOCS.parent / "README.md", {"laws": overview()})
 
 
 if __name__ == "__main__":
