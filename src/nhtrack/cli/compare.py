@@ -33,7 +33,7 @@ def compare(
     laws: Annotated[
         list[str],
         typer.Argument(
-            metavar="LAW...",
+            metavar="LAW",
             help="A law's name, '{name: kanayama, k_x: 2}', or a scenario whose law it is (a file, or a recording.nc).",
         ),
     ],

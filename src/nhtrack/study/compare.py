@@ -118,10 +118,9 @@ def _at_one_time(entrants: Entrants, stage: Stage | None) -> tuple[Entrants, lis
     if not times:
         raise FeasibilityError("; ".join(f"{label}: {reason}" for label, reason in reasons.items()))
     slowest = max(times, key=lambda label: times[label])
-    notes = [f"similarity.time is {times[slowest]:g}, the smallest that fits every law: {slowest} asks for it"]
+    whom = "the other laws" if reasons else "every law"
+    notes = [f"similarity.time is {times[slowest]:g}, the smallest that fits {whom}: {slowest} asks for it"]
     notes += [f"{label}: fits no time scale and had no say in it: {reason}" for label, reason in reasons.items()]
-    if reasons:
-        notes[0] = notes[0].replace("every law", "the other laws")
     similarity = next(iter(entrants.values())).similarity.model_copy(update={"time": times[slowest]})
     return {label: each.model_copy(update={"similarity": similarity}) for label, each in entrants.items()}, notes
 

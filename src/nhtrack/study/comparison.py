@@ -16,8 +16,7 @@ from nhtrack.study.objective import Objective
 from nhtrack.study.run import Outcome, versions
 from nhtrack.study.standings import Standing, best, standing
 from nhtrack.study.tune import Tuning
-
-Room = tuple[float, float, float, float]  # x_min, x_max, y_min, y_max [m]
+from nhtrack.video.together import Room
 
 _LEAST = 0.5  # [m] shown around a leader that stands and whose followers begin beside it
 
@@ -86,8 +85,8 @@ class Comparison:
     def warnings(self) -> tuple[str, ...]:
         """What is wrong with runs, in sentences: what every law has to hear once, then law by law."""
         told = {label: each.summary["warnings"] for label, each in self.outcomes.items()}
-        first = next(iter(told.values()))
-        common = [warning for warning in first if all(warning in others for others in told.values())]
+        first, *rest = told.values()
+        common = [warning for warning in first if rest and all(warning in others for others in rest)]
         single = [f"{label}: {each}" for label, warnings in told.items() for each in warnings if each not in common]
         missing = [f"{label}: not run, the comparison was interrupted" for label in self.entrants if label not in told]
         return tuple(f"every law: {warning}" for warning in common) + tuple(single + missing)

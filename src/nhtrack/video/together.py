@@ -57,11 +57,12 @@ def _shown_rows(run: Recording, room: Room, length: int) -> np.ndarray:
 def _followers(run: Recording, rows: np.ndarray) -> dict[str, np.ndarray]:
     """Returns what the film shows of a run's followers, shapes (length, n - 1, ...).
 
-    Wheels stand where a follower is held. Its error is what it was all the same, and NaN once its run ended.
+    Wheels stand where a follower is held. Its error is what it was all the same, NaN once its run ended or it was lost.
     """
     driving = rows == np.arange(len(rows))[:, None]
     error = np.full((*rows.shape, 3), np.nan)
     error[: len(run.time)] = run["error"].values[:, 1:]
+    error[~np.isfinite(error)] = np.nan
     pose, speed = (_taken(run[name].values[:, 1:], rows) for name in ("pose", "wheel_speed"))
     return {"pose": pose, "error": error, "wheel_speed": np.where(driving[..., None], speed, 0.0)}
 

@@ -1,0 +1,160 @@
+"""The film of a comparison: every robot where its own recording has it, in the colour of its law, and named."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import imageio_ffmpeg
+import mujoco
+import numpy as np
+import pytest
+
+from nhtrack import se2, video
+from nhtrack.recording import Recording
+from nhtrack.scenario.laws import load_laws
+from nhtrack.scenario.load import load
+from nhtrack.simulation.palette import robot_colour
+from nhtrack.simulation.scene import SceneSpec, make_scene
+from nhtrack.study.compare import compare
+from nhtrack.study.comparison import Comparison, room_of
+from nhtrack.video import camera, overlay, stage, timeline
+from nhtrack.video.together import together
+from recordings import robot_names, synthetic_recording
+
+pytestmark = pytest.mark.slow
+
+# A heading through half of its quaternion, and a position copied: a few roundings.
+COPIED = 1e-12
+SIZE = (640, 480)
+
+Runs = dict[str, Recording]
+
+
+@pytest.fixture(scope="module", params=["real", "virtual"])
+def found(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Comparison:
+    """Two laws on wheels for half a second, one follower each, filmed small."""
+    virtual = str(request.param == "virtual").lower()
+    changes = ["duration=0.5", f"leader.virtual={virtual}", "video.size=[320, 240]", "video.fps=10"]
+    scenario, laws = load_laws(lambda: load("tour/hello", changes), ["{name: kanayama, k_x: 0.3}"], load)
+    return compare(scenario, laws, tmp_path_factory.mktemp("film"), figures=False)
+
+
+def test_every_robot_is_where_its_own_recording_has_it(found: Comparison) -> None:
+    runs = found.recordings
+    merged = together(runs, room_of(list(runs.values())))
+    scene = make_scene(SceneSpec.from_json(merged.dataset.attrs["scene"]))
+    data = mujoco.MjData(scene.model)
+    assert merged["qpos"].values.shape == (51, scene.model.nq)
+    for row in range(0, 51, 10):
+        data.qpos[:] = merged["qpos"].values[row]
+        mujoco.mj_kinematics(scene.model, data)
+        for name in scene.spec.bodies:
+            label = name.removeprefix("follower-")
+            run, own = (runs["published"], "leader") if name == "leader" else (runs[label], "follower")
+            expected = run["pose"].sel(robot=own).values[row]
+            body = data.body(f"{name}/")
+            assert body.xpos[:2] == pytest.approx(expected[:2], abs=COPIED)
+            rotation = body.xmat.reshape(3, 3)
+            turned = np.arctan2(rotation[1, 0], rotation[0, 0]) - expected[2]
+            assert float(se2.wrap(np.array([turned]))[0]) == pytest.approx(0.0, abs=COPIED)
+    apart = merged["pose"].values[-1, 1, :2] - merged["pose"].values[-1, 2, :2]
+    assert np.hypot(*apart) > 1e-3  # two laws, two places
+
+
+def test_the_film_is_of_all_laws(found: Comparison) -> None:
+    film = found.folder / "video.mp4"
+    assert film in found.files
+    assert found.skipped == ()
+    frames, _ = imageio_ffmpeg.count_frames_and_secs(str(film))
+    assert frames == 6
+
+
+def several(laws: int, followers: int = 1) -> Runs:
+    """Returns runs whose followers stand apart at the end."""
+    scene = SceneSpec(robot_names(followers)).to_json()
+    runs = {}
+    for k in range(laws):
+        run = synthetic_recording(followers, backend="ideal", samples=41, scene=scene)
+        run["pose"].values[:, 1:, 1] += 0.35 * (k + 1)
+        runs[f"law-{k}"] = run
+    return runs
+
+
+def near(picture: np.ndarray, colour: str, distance: float) -> np.ndarray:
+    """Returns where (height, width) a picture is within a distance of a colour, of 255 for each component."""
+    wanted = np.array([int(colour[i : i + 2], 16) for i in (1, 3, 5)], float)
+    return np.asarray(np.linalg.norm(picture - wanted, axis=-1) < distance)
+
+
+def hue(picture: np.ndarray, colour: str, purity: float) -> np.ndarray:
+    """Returns where (height, width) a picture has the hue of a colour."""
+    wanted = np.array([int(colour[i : i + 2], 16) for i in (1, 3, 5)], float)
+    wanted -= wanted.mean()
+    chroma = picture.astype(float) - picture.mean(axis=-1, keepdims=True)
+    size = np.linalg.norm(chroma, axis=-1)
+    alike = (chroma @ wanted) / np.maximum(size * np.linalg.norm(wanted), 1e-9)
+    return (alike > purity) & (size > 60)
+
+
+def test_robots_have_the_colours_of_their_laws_not_of_their_places() -> None:
+    merged = together(several(2, followers=2), (-100, 100, -100, 100))
+    scene = make_scene(SceneSpec.from_json(merged.dataset.attrs["scene"]))
+    line = timeline.make_timeline(merged, scene, 1, None)
+    bare = timeline.Timeline(line.time, line.pose, line.qpos, line.distance, (), line.speed, line.fps)
+    path = camera.plan_camera("group", line.pose, float(scene.model.vis.global_.fovy), 4 / 3, 1)
+    with stage.Stage(scene, bare, path, SIZE) as drawn:
+        picture = drawn.draw(len(line) - 1)
+    seen = {place: int(hue(picture, robot_colour(place), 0.97).sum()) for place in range(5)}
+    assert min(seen[0], seen[1], seen[2]) > 100
+    assert seen[3] == seen[4] == 0  # what the third and the fourth follower would have by their places
+
+
+@pytest.mark.parametrize("laws", [2, 7])
+def test_the_legend_names_every_law_in_its_colour(laws: int) -> None:
+    merged = together(several(laws), (-100, 100, -100, 100))
+    scene = make_scene(SceneSpec.from_json(merged.dataset.attrs["scene"]))
+    line = timeline.make_timeline(merged, scene, 1, None)
+    plain = np.full((480, 640, 3), 90, np.uint8)
+    written = overlay.Overlay(merged, line, SIZE).write(plain, 0, None)
+    panel = written[:, : 640 // 2]
+    rows = []
+    for place in range(1, laws + 1):
+        if place != 6:  # the edges of black letters are as grey as the sixth colour
+            where = np.argwhere(near(panel, robot_colour(place), 60))
+            assert len(where) > 10
+            rows.append(np.median(where[:, 0]))
+    assert (np.diff(rows) > 10).all()  # one below the other, in their order
+    changed = np.argwhere((panel != 90).any(axis=-1))
+    assert changed[:, 0].max() < 0.4 * 480  # title, clock and seven lines leave the rest of the picture free
+
+
+def test_the_legend_tells_the_worst_of_a_law_and_whose_run_ended(monkeypatch: pytest.MonkeyPatch) -> None:
+    runs = several(2, followers=3)
+    short = synthetic_recording(3, backend="ideal", samples=41, stop=20.0, scene=SceneSpec(robot_names(3)).to_json())
+    merged = together(runs | {"short": short}, (-100, 100, -100, 100))
+    scene = make_scene(SceneSpec.from_json(merged.dataset.attrs["scene"]))
+    line = timeline.make_timeline(merged, scene, 1, None)
+    over = overlay.Overlay(merged, line, SIZE)
+    frame = len(line) - 1
+    worst = np.hypot(*np.moveaxis(runs["law-0"]["error"].values[-1, 1:, :2], -1, 0)).max()
+    told = over._errors(frame)
+    assert [text.split("  ")[0] for text, _ in told] == ["worst of 3 followers", "law-0", "law-1", "short"]
+    assert told[1] == (f"law-0  {overlay._length(worst)}", robot_colour(1))
+    assert told[3] == ("short  ended", robot_colour(3))
+    assert over._errors(0)[3][0] != "short  ended"
+
+
+def test_a_film_of_one_run_is_as_it_was(tmp_path: Path) -> None:
+    """A recording from before robots had colours shows the same pixels as one that says them."""
+    spec = SceneSpec(robot_names(2))
+    old = spec.to_json().replace(', "colours": []', "")
+    assert "colours" not in old
+    pictures = []
+    for scene in (old, spec.to_json(), SceneSpec(robot_names(2), colours=(0, 1, 2)).to_json()):
+        recording = synthetic_recording(2, backend="ideal", samples=11, scene=scene)
+        pictures.append(next(iter(video.frames(recording, size=(320, 240), fps=1))))
+    assert np.array_equal(pictures[0], pictures[1])
+    assert np.array_equal(pictures[0], pictures[2])
+    swapped = SceneSpec(robot_names(2), colours=(0, 2, 1)).to_json()
+    recording = synthetic_recording(2, backend="ideal", samples=11, scene=swapped)
+    assert not np.array_equal(pictures[0], next(iter(video.frames(recording, size=(320, 240), fps=1))))

@@ -1,0 +1,374 @@
+"""Laws side by side: how they are asked for, one time scale, how they did, what is kept of them."""
+
+from __future__ import annotations
+
+import json
+import pickle
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from nhtrack import se2
+from nhtrack.control.baselines import BASELINES
+from nhtrack.errors import FeasibilityError, ScenarioError
+from nhtrack.recording import Recording
+from nhtrack.scenario.laws import MOST_LAWS, load_laws
+from nhtrack.scenario.load import load, load_text
+from nhtrack.scenario.schema import KanayamaLaw, Law, SamsonLaw, Scenario, UniversalLaw
+from nhtrack.study import compare as study
+from nhtrack.study.compare import compare, labels
+from nhtrack.study.comparison import Comparison, Search, room_of
+from nhtrack.study.feasibility import fitting_time
+from nhtrack.study.folder import OutputError
+from nhtrack.study.objective import Objective
+from nhtrack.study.run import run_scenario
+from nhtrack.study.standings import MEASURES, Standing, best, control_effort
+from nhtrack.study.tune import TuningError, tune
+from recordings import synthetic_recording
+
+# Figures computed anew from a recording as it was saved: the same sums in another order, some 1e5 terms.
+RECOMPUTED = 1e-9
+
+CASE = """
+name: case
+duration: 6
+control_rate: 20
+backend: ideal
+similarity: {length: 0.1, time: 1}
+leader:
+  start: {pose: [0, 0, 0]}
+  input: {u_x: "where(t < 2, 0.5, 0)", u_theta: "0.1*sin(t)"}
+followers:
+  - {name: near, parents: [leader], start: {pose: [-1, 0.5, 0.5]}}
+  - {name: far, parents: [near], start: {pose: [-3, 2, -0.5]}}
+law: {name: published, kp: 1, kd: 3, ke: 0.3, k: 5}
+"""
+KANAYAMA, SAMSON = KanayamaLaw(name="kanayama"), SamsonLaw(name="samson")
+WILD = KanayamaLaw(name="kanayama", k_inner=250.0)  # far beyond what 20 Hz bears: diverges within a second
+
+
+def case(*overrides: str) -> Scenario:
+    return load_text(CASE, overrides=overrides)
+
+
+def asked(*texts: str, scenario: Scenario | None = None) -> tuple[Law, ...]:
+    return load_laws(lambda: scenario or case(), texts, load)[1]
+
+
+# -- which laws -------------------------------------------------------------------------------------
+
+
+def test_the_scenarios_own_law_comes_first_unless_it_is_listed() -> None:
+    own = case().law
+    assert asked("kanayama", "samson") == (own, KANAYAMA, SAMSON)
+    assert asked("kanayama", "published") == (KANAYAMA, own)  # with the gains of the scenario, not of a schema
+
+
+def test_a_law_written_out_or_in_a_file_has_those_gains(tmp_path: Path) -> None:
+    other = tmp_path / "other.yaml"
+    other.write_text(CASE.replace("kp: 1,", "kp: 7.5,"))
+    written, filed = asked("{name: kanayama, k_x: 2}", str(other))[1:]
+    assert written == KanayamaLaw(name="kanayama", k_x=2.0)
+    assert filed == case("law.kp=7.5").law
+    assert asked("tour/universal")[1] == load("tour/universal").law  # a bundled one, its limits with it
+
+
+def test_every_law_with_defaults_can_be_asked_for_by_name() -> None:
+    for name in ("universal", *BASELINES):
+        assert asked(name)[1].name == name
+
+
+def test_labels_are_names_numbered_where_they_must_be() -> None:
+    laws = (KANAYAMA, SAMSON, WILD, UniversalLaw(name="universal"))
+    assert labels(laws) == ("kanayama-1", "samson", "kanayama-2", "universal")
+
+
+@pytest.mark.parametrize(
+    ("texts", "faults"),
+    [
+        (("kanyama",), ["command line: no law called 'kanyama'; did you mean 'kanayama'? available: published,"]),
+        (("stabiliser",), ["law 'stabiliser' has no gains by default; write '{name: stabiliser, kp: ..., kd: ..., k:"]),
+        (("published",), ["command line: nothing to compare: 'published' is the scenario's own law; name another"]),
+        (("samson", "samson"), ["command line: law 'samson' is asked for twice"]),
+        (("samson", "{name: samson}"), ["law '{name: samson}' is the same as 'samson'; name it once"]),
+        (("{name: kanayama, kx: 2}",), ["{name: kanayama, kx: 2}:1:18: kx: unknown key; did you mean 'k_x'?"]),
+        (("{name: kanayama, k_x: -2}",), [":1:18: k_x: expected a value greater than 0, got -2"]),
+        (("{name: kanayama, dead_zone: {sped: 1}}",), [":1:30: dead_zone.sped: unknown key; did you mean 'speed'?"]),
+        (("{name: kanyama}",), ["{name: kanyama}:1:2: name: no law called 'kanyama'; did you mean 'kanayama'?"]),
+        (("{k_x: 2}",), ["{k_x: 2}:1:1: expected a section with a `name`"]),
+        (("{name:",), ["{name::1:7: not valid YAML", "in a shell a mapping stands in quotes"]),
+        (("{name: published, kp: 1, kd: 1, ke: 1}",), [":1:1: k: required key is missing: steering gain"]),
+        (("nowhere.yaml",), ["nowhere.yaml: no such file"]),
+        (("tour/helo",), ["tour/helo: no such file, and no bundled scenario of that name; did you mean 'tour/hello'?"]),
+    ],
+)
+def test_faults_of_what_is_asked_for(texts: tuple[str, ...], faults: list[str]) -> None:
+    with pytest.raises(ScenarioError) as caught:
+        asked(*texts)
+    for fault in faults:
+        assert fault in str(caught.value)
+    assert len(str(caught.value).splitlines()) == 1
+
+
+def test_all_faults_are_told_at_once_each_with_its_source() -> None:
+    texts = ("published", "kanyama", "{name: samson, c: 1, zeta: -1}", "nowhere.yaml", "tour/hello", "tour/hello")
+    with pytest.raises(ScenarioError) as caught:
+        load_laws(lambda: case("law.kp=x", "duration=-1"), texts, load)
+    lines = str(caught.value).splitlines()
+    begins = ["<text>: duration: ", "<text>: law.kp: ", "command line: no law called 'kanyama'; "]
+    begins += ["{name: samson, c: 1, zeta: -1}:1:16: c: ", "{name: samson, c: 1, zeta: -1}:1:22: zeta: "]
+    begins += ["nowhere.yaml: ", "command line: law 'tour/hello' is asked for twice"]
+    assert len(lines) == len(begins)
+    for line, begin in zip(lines, begins, strict=True):
+        assert line.startswith(begin)
+    assert len(caught.value.faults) == len(lines)
+    again = pickle.loads(pickle.dumps(caught.value))
+    assert (str(again), again.faults) == (str(caught.value), caught.value.faults)
+
+
+def test_no_more_laws_than_colours() -> None:
+    others = [f"{{name: kanayama, k_x: {k}}}" for k in range(1, MOST_LAWS + 1)]
+    assert len(asked(*others[:-1])) == MOST_LAWS
+    with pytest.raises(ScenarioError, match=f"{MOST_LAWS + 1} laws, and at most {MOST_LAWS} can be told apart"):
+        asked(*others)
+
+
+# -- how they did -----------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A comparison of four laws, of which one diverges and one is the scenario's own."""
+    folder = tmp_path_factory.mktemp("comparison")
+    compare(case(), asked("kanayama", "samson", "{name: kanayama, k_inner: 250}"), folder, figures=False, video=False)
+    return folder
+
+
+def tree_of(folder: Path) -> dict:
+    return json.loads((folder / "comparison.json").read_text())
+
+
+def test_rows_are_what_the_recordings_say(folder: Path) -> None:
+    rows = tree_of(folder)["laws"]
+    assert [row["label"] for row in rows] == ["published", "kanayama-1", "samson", "kanayama-2"]
+    for row in rows[:3]:
+        run = Recording.load(folder / row["label"] / "recording.nc").dataset
+        error = np.asarray(se2.between(run.leader_pose.values, run.pose.values))[:, 1:]
+        distance, heading = np.hypot(error[..., 0], error[..., 1]), np.abs(se2.wrap(error[..., 2]))
+        late = run.time.values >= 0.85 * run.time.values[-1] - 1e-9
+        gap = (run.pose - run.ideal_pose).values[:, 1:, :2]
+        outside = distance > 0.05 * distance.max(axis=0)
+        settled = run.time.values[np.minimum(len(outside) - outside[::-1].argmax(axis=0), len(outside) - 1)]
+        effort = np.sqrt(np.nanmean(run.input.values[:, 1:] ** 2, axis=(0, 1)))
+        cut = run.torque_saturation.values[:, 1:].max(axis=-1)
+        expected = {
+            "end": 6.0,
+            "late_position_error": distance[late].max(),
+            "late_heading_error": heading[late].max(),
+            "settling_time": None if outside[late].any() else settled.max(),
+            "gap_position_rms": np.sqrt((gap**2).sum(axis=-1).mean(axis=0)).max(),
+            "peak_utilisation": run.friction_utilisation.values[:, 1:].max(),
+            "torque_saturation_share": cut.mean(axis=0).max(),
+            "effort_x": effort[0],
+            "effort_theta": effort[1],
+        }
+        for measure, value in expected.items():
+            assert row[measure] == (None if value is None else pytest.approx(value, rel=RECOMPUTED)), measure
+        assert (row["outcome"], row["tuning"]) == ("completed", None)
+
+
+def test_a_law_that_diverges_says_so_and_is_kept(folder: Path) -> None:
+    tree = tree_of(folder)
+    row = tree["laws"][3]
+    assert row["outcome"].startswith("diverged: ")
+    assert row["law"] == WILD.model_dump(mode="json")
+    assert 0 < row["end"] < 1
+    assert [row[name] for name in ("late_position_error", "late_heading_error", "settling_time")] == [None] * 3
+    recording = Recording.load(folder / "kanayama-2" / "recording.nc")
+    assert recording.time[-1] == row["end"]
+    assert json.loads((folder / "kanayama-2" / "summary.json").read_text())["outcome"] == row["outcome"]
+    assert all(label != "kanayama-2" for label in tree["best"].values())
+
+
+def test_the_tree_says_what_was_compared(folder: Path) -> None:
+    tree = tree_of(folder)
+    assert tree["scenario"] == case().model_dump(mode="json")
+    assert tree["similarity"] == {"length": 0.1, "time": 1.0}
+    assert (tree["name"], tree["backend"], tree["search"], tree["notes"]) == ("case", "ideal", None, [])
+    assert {"nhtrack", "mujoco"} <= set(tree["versions"])
+    for row in tree["laws"]:
+        assert Recording.load(folder / row["label"] / "recording.nc").scenario["law"] == row["law"]
+
+
+def a_standing(outcome: str = "completed", **figures: float | None) -> Standing:
+    return Standing("law", outcome, 1.0, **(dict.fromkeys(MEASURES, None) | figures))
+
+
+def test_the_best_is_the_smallest_of_those_that_completed() -> None:
+    laws = [
+        a_standing(effort_x=2.0, peak_utilisation=0.5, settling_time=3.0, effort_theta=1.0),
+        a_standing(effort_x=1.0, peak_utilisation=0.5, effort_theta=2.0),
+        a_standing("diverged: far away", effort_x=0.1, effort_theta=0.1),
+        a_standing(effort_x=1.5, peak_utilisation=0.7, effort_theta=None),
+    ]
+    # The utilisation has two that are alike; only one law settles.
+    assert best(laws) == {"effort_x": 1, "effort_theta": 0}
+
+
+def test_effort_is_of_followers_and_leaves_out_the_end() -> None:
+    recording = synthetic_recording(2, samples=5)
+    u = np.full((5, 3, 2), 9.0)
+    u[:, 1], u[:, 2] = (3.0, -1.0), (4.0, 7.0)
+    u[-1] = np.nan
+    recording.dataset["input"].values[:] = u
+    assert control_effort(recording) == pytest.approx((np.sqrt(12.5), 5.0))
+    recording.dataset["input"].values[0, 1] = (np.inf, 1e200)
+    assert control_effort(recording) == (None, None)
+
+
+def test_room_is_as_much_again_as_leader_and_starts_span() -> None:
+    recording = synthetic_recording(1, samples=3)
+    pose = np.zeros((3, 2, 3))
+    pose[:, 0, 0], pose[0, 1, :2], pose[1:, 1, :2] = (0, 2, 4), (-1, 3), (1e9, -1e9)  # a follower that is lost
+    recording.dataset["pose"].values[:] = pose
+    assert room_of([recording]) == (-6, 9, -5, 8)
+
+
+# -- gains and time ---------------------------------------------------------------------------------
+
+
+def test_gains_are_searched_for_every_law_alike(tmp_path: Path) -> None:
+    scenario = case("seed=3")
+    laws = asked("kanayama", "samson", scenario=scenario)
+    search = Search(Objective(late=1.0), 16)
+    found = compare(scenario, laws, tmp_path, search=search, figures=False, video=False)
+    for law, row in zip(laws, tree_of(tmp_path)["laws"], strict=True):
+        expected = tune(scenario.model_copy(update={"law": law}), Objective(late=1.0), 16, seed=3)
+        assert row["tuning"]["gains"] == expected.gains
+        assert row["law"] == expected.scenario.law.model_dump(mode="json")
+        assert row["tuning"]["cost"] == pytest.approx(expected.cost)
+    assert tree_of(tmp_path)["search"] == {"objective": "late", "budget": 16, "seed": 3}
+    assert set(found.tunings) == {"published", "kanayama", "samson"}
+
+
+def test_a_law_that_cannot_be_tuned_keeps_its_gains(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    reason = "none of 16 candidates keeps its robots"
+
+    def tune_some(scenario: Scenario, *arguments: object) -> object:
+        if scenario.law.name == "samson":
+            raise TuningError(reason)
+        return tune(scenario, *arguments)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(study, "tune", tune_some)
+    search = Search(Objective(late=1.0), 16)
+    found = compare(case(), (KANAYAMA, SAMSON), tmp_path, search=search, figures=False, video=False)
+    assert found.notes == (f"samson: not tuned, its gains are those it came with: {reason}",)
+    assert found.entrants["samson"].law == SAMSON
+    assert set(found.tunings) == {"kanayama"}
+    assert [row["tuning"] is None for row in tree_of(tmp_path)["laws"]] == [False, True]
+
+
+def test_one_time_scale_for_all_the_largest_that_one_asks_for(tmp_path: Path) -> None:
+    scenario = case("similarity.time=auto", "similarity.length=1")
+    laws = asked("kanayama", scenario=scenario)
+    times = [fitting_time(scenario.model_copy(update={"law": law})) for law in laws]
+    assert times[0] != times[1]
+    found = compare(scenario, laws, tmp_path, figures=False, video=False)
+    assert found.scenario.similarity.time == max(times)
+    assert {entrant.similarity.time for entrant in found.entrants.values()} == {max(times)}
+    assert {run.time_scale for run in found.recordings.values()} == {max(times)}
+
+
+def test_a_law_that_fits_no_time_has_no_say_in_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def fitting(scenario: Scenario, progress: object = None) -> float:
+        if scenario.law.name == "samson":
+            raise FeasibilityError("the ideal run diverges at every time scale tried, up to 100")
+        return 2.5 if scenario.law.name == "kanayama" else 1.25
+
+    monkeypatch.setattr(study, "fitting_time", fitting)
+    scenario = case("similarity.time=auto")
+    found = compare(scenario, asked("kanayama", "samson", scenario=scenario), tmp_path, figures=False, video=False)
+    assert {run.time_scale for run in found.recordings.values()} == {2.5}
+    assert found.notes == (
+        "similarity.time is 2.5, the smallest that fits the other laws: kanayama asks for it",
+        "samson: fits no time scale and had no say in it: "
+        "the ideal run diverges at every time scale tried, up to 100",
+    )
+    with pytest.raises(FeasibilityError, match="samson: the ideal run diverges"):
+        compare(scenario, (SAMSON,), tmp_path / "none", figures=False, video=False)
+    assert not (tmp_path / "none").exists()
+
+
+def test_limits_that_leave_nothing_are_refused_before_a_folder_is_made(tmp_path: Path) -> None:
+    steep = case("physics.slope.angle=1.5")
+    laws = asked("{name: universal, limits: {utilisation: 0.1}}", scenario=steep)
+    with pytest.raises(FeasibilityError):
+        compare(steep, laws, tmp_path / "results")
+    assert list(tmp_path.iterdir()) == []
+
+
+# -- folders and interruptions ----------------------------------------------------------------------
+
+
+def files_in(folder: Path) -> set[str]:
+    return {path.relative_to(folder).as_posix() for path in folder.rglob("*") if path.is_file()}
+
+
+def test_a_folder_never_holds_the_files_of_two(tmp_path: Path) -> None:
+    """A folder of results forgets an earlier comparison's laws and an earlier run; what is not ours stays."""
+    plain = {"figures": False, "video": False}
+    short = case("duration=1")
+    compare(short, (KANAYAMA, SAMSON), tmp_path, **plain)
+    mine = ("notes.txt", "samson/notes.txt", "other/recording.nc", "other/summary.json")
+    (tmp_path / "other").mkdir()
+    for name in (*mine, "video.mp4", "recording.nc"):
+        (tmp_path / name).write_text("old")
+    with pytest.raises(OutputError, match="exists already"):
+        compare(short, (KANAYAMA,), tmp_path, **plain)
+    found = compare(short, (UniversalLaw(name="universal"),), tmp_path, overwrite=True, **plain)
+    ours = {"comparison.json", "universal/recording.nc", "universal/summary.json"}
+    assert files_in(tmp_path) == ours | set(mine)
+    assert {path.relative_to(tmp_path).as_posix() for path in found.files} == ours
+    run_scenario(short, tmp_path, overwrite=True, report=False, **plain)
+    assert files_in(tmp_path) == {"recording.nc", "summary.json"} | set(mine)
+
+
+def stopping_at(label: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    whole = study.simulate
+
+    def simulate(scenario: Scenario, stage: object) -> object:
+        if scenario.law.name == label:
+            raise KeyboardInterrupt
+        return whole(scenario)
+
+    monkeypatch.setattr(study, "simulate", simulate)
+
+
+def test_an_interruption_keeps_the_laws_before_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    stopping_at("samson", monkeypatch)
+    found = compare(case("duration=1"), (KANAYAMA, SAMSON, UniversalLaw(name="universal")), tmp_path, figures=False)
+    assert found.interrupted
+    assert found.completed
+    assert "samson: not run, the comparison was interrupted" in found.warnings
+    assert "universal: not run, the comparison was interrupted" in found.warnings
+    assert files_in(tmp_path) == {"comparison.json", "kanayama/recording.nc", "kanayama/summary.json"}
+    assert [row["label"] for row in tree_of(tmp_path)["laws"]] == ["kanayama"]
+
+
+def test_an_interruption_of_the_first_law_leaves_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    stopping_at("kanayama", monkeypatch)
+    with pytest.raises(KeyboardInterrupt):
+        compare(case("duration=1"), (KANAYAMA, SAMSON), tmp_path / "results")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_what_every_law_is_warned_of_is_said_once(tmp_path: Path) -> None:
+    """Warnings of one law carry its name."""
+    entrants = {law.name: case("duration=0.5").model_copy(update={"law": law}) for law in (KANAYAMA, SAMSON)}
+    outcomes = {label: study.simulate(entrant) for label, entrant in entrants.items()}
+    outcomes["kanayama"].summary["warnings"] = ["leans", "slips"]
+    outcomes["samson"].summary["warnings"] = ["leans", "spins"]
+    found = Comparison(entrants["samson"], entrants, outcomes, None, {}, (), tmp_path)
+    assert found.warnings == ("every law: leans", "kanayama: slips", "samson: spins")
+    assert not found.interrupted
