@@ -19,10 +19,12 @@ from nhtrack.video.timeline import Timeline
 __all__ = ["Overlay"]
 
 _Colour: TypeAlias = str | tuple[int, int, int]
+_Line: TypeAlias = tuple[str, ImageFont.FreeTypeFont, _Colour]
 
 _PAPER, _INK, _GREY = (250, 250, 252, 205), (26, 26, 26), (105, 108, 115)
 _NAMED = 4  # more followers than this are summed up in two lines, more groups are written smaller
 _CROWDED = 0.85  # size of their letters over that of the others
+_LINES = 7  # that fit above the robots; more stand beside them
 _MAP_SHARE = 0.27  # of the picture's width
 _MAP_TALLEST = 0.28  # of the picture's height: the camera keeps the robots below it
 _FINE = 3  # the map is drawn this much larger and reduced: Pillow's lines are not smooth
@@ -64,11 +66,17 @@ class Overlay:
         return np.asarray(image)
 
     def _write_panel(self, image: Image.Image, frame: int) -> None:
-        lines: list[tuple[str, ImageFont.FreeTypeFont, _Colour]] = [(self._recording.name, self._title, _INK)]
+        lines: list[_Line] = [(self._recording.name, self._title, _INK)]
         lines.append((self._clock(frame), self._text, _INK))
         lines += [(text, self._small, colour) for text, colour in self._errors(frame)]
         if self._ended and frame == len(self._timeline) - 1:
             lines.append((self._ended, self._text, _INK))
+        after = self._paste(image, lines[:_LINES], self._pad)
+        if len(lines) > _LINES:
+            self._paste(image, lines[_LINES:], after)
+
+    def _paste(self, image: Image.Image, lines: list[_Line], left: int) -> int:
+        """Writes lines into a panel that begins so far to the right; returns where it ends."""
         heights = [round(1.45 * (self._small if font is self._small else self._text).size) for _, font, _ in lines]
         width = round(max(font.getlength(text) for text, font, _ in lines))
         width = -(-width // 24) * 24  # in steps, so that the panel does not breathe with the digits
@@ -76,7 +84,8 @@ class Overlay:
         draw = ImageDraw.Draw(panel)
         for row, (text, font, colour) in enumerate(lines):
             draw.text((self._pad, self._pad + sum(heights[:row])), text, font=font, fill=colour)
-        image.paste(panel, (self._pad, self._pad), panel)
+        image.paste(panel, (left, self._pad), panel)
+        return left + panel.width
 
     def _clock(self, frame: int) -> str:
         speed = self._timeline.speed
