@@ -6,7 +6,7 @@ of its figures that the page shows; a folder that is not there leaves a line tha
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +19,7 @@ from nhtrack.scenario.families import FAMILIES, RANDOM
 
 DOCS = Path(__file__).parent
 PAGE = DOCS / "convergence.md"
+README = DOCS.parent / "README.md"
 CAMPAIGNS = DOCS / "campaigns"
 
 FOLDERS = ("ideal", "mujoco", "rivals_ideal", "rivals_mujoco")  # of docs/campaigns/, each between its markers
@@ -228,10 +229,9 @@ def folded(summary: str, content: str) -> str:
 
 def overview() -> str:
     """Returns the table of the README: what share of all starts each law brings in, and to which references all."""
-    ideal, wheels = (
-        pd.concat([read_cells(path) for name in names if (path := CAMPAIGNS / name / "cells.csv").is_file()])
-        for names in (("ideal", "rivals_ideal"), ("mujoco", "rivals_mujoco"))
-    )
+    ideal, wheels = measured(("ideal", "rivals_ideal")), measured(("mujoco", "rivals_mujoco"))
+    if ideal.empty:
+        return "*Not measured yet.*"
     rows = []
     for law in ideal["law"].unique():
         cells = ideal[ideal["law"] == law]
@@ -243,17 +243,23 @@ def overview() -> str:
     return table(["law", "every start arrives at", "of all starts, ideal", "on wheels"], rows)
 
 
+def measured(names: Iterable[str]) -> pd.DataFrame:
+    """Returns the rows of some campaigns, of those that there are."""
+    found = [read_cells(path) for name in names if (path := CAMPAIGNS / name / "cells.csv").is_file()]
+    return pd.concat(found) if found else pd.DataFrame(columns=["law"])
+
+
 def overall(cells: pd.DataFrame) -> str:
-    """Returns the share of all runs that converge, and their number; empty where there are none."""
+    """Returns the share of all runs that converge, and their number; `-` where there are none."""
     if cells.empty:
-        return ""
+        return "-"
     return f"{percent(cells['converged'].sum() / cells['starts'].sum())} % of {grouped(cells['starts'].sum())}"
 
 
 def main() -> None:
     """Writes the tables of the page, and the one of the README."""
     fill(PAGE, {"families": families_table(), **{name: part(CAMPAIGNS / name) for name in FOLDERS}})
-    fill(DOCS.parent / "README.md", {"laws": overview()})
+    fill(README, {"laws": overview()})
 
 
 if __name__ == "__main__":

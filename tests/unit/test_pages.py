@@ -30,7 +30,9 @@ def convergence(monkeypatch, tmp_path):
     monkeypatch.syspath_prepend(DOCS)
     script = importlib.import_module("generate_convergence")
     monkeypatch.setattr(script, "PAGE", tmp_path / "convergence.md")
+    monkeypatch.setattr(script, "README", tmp_path / "README.md")
     monkeypatch.setattr(script, "CAMPAIGNS", tmp_path / "campaigns")
+    script.README.write_text("<!-- begin: laws -->\n<!-- end: laws -->")
     markers = ("families", *script.FOLDERS)
     script.PAGE.write_text("\n".join(f"<!-- begin: {name} -->\n<!-- end: {name} -->" for name in markers))
     return script
@@ -182,3 +184,22 @@ def test_lengths_are_read_in_the_unit_that_suits_them(convergence, value, said):
 def test_a_wheel_without_load_has_no_utilisation(convergence):
     assert convergence.utilisation(0.4321) == "43 %"
     assert convergence.utilisation(np.inf) == "no load"
+
+
+def test_the_readme_has_the_shares_of_every_law(convergence):
+    convergence.main()
+    assert "Not measured yet" in between(convergence.README, "laws")
+    ideal = measured(convergence, "ideal", LAWS[:2])
+    wheels = measured(convergence, "rivals_mujoco", LAWS[1:2])
+    convergence.main()
+    (rows,) = tables(between(convergence.README, "laws"))
+    assert [row["law"] for row in rows] == [f"`{law}`" for law in LAWS[:2]]
+    for row, law in zip(rows, LAWS, strict=False):
+        cells = ideal[ideal["law"] == law]
+        whole = cells[cells["converged"] == cells["starts"]]["family"]
+        assert row["every start arrives at"] == (", ".join(whole) if len(whole) < len(cells) else "all") or "none"
+        share, count = re.fullmatch(r"([\d.]+) % of (\d+)", row["of all starts, ideal"]).groups()
+        assert int(count) == cells["starts"].sum()
+        assert float(share) == pytest.approx(100 * cells["converged"].sum() / cells["starts"].sum(), abs=0.06)
+    assert rows[0]["on wheels"] == "-"
+    assert rows[1]["on wheels"].endswith(f"% of {wheels['starts'].sum()}")
