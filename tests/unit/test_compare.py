@@ -23,7 +23,7 @@ from nhtrack.study.feasibility import fitting_time
 from nhtrack.study.folder import OutputError
 from nhtrack.study.objective import Objective
 from nhtrack.study.run import run_scenario
-from nhtrack.study.standings import MEASURES, Standing, best, control_effort
+from nhtrack.study.standings import MEASURES, Standing, best, control_effort, standing
 from nhtrack.study.tune import TuningError, tune
 from recordings import synthetic_recording
 
@@ -214,6 +214,19 @@ def test_the_best_is_the_smallest_of_those_that_completed() -> None:
     ]
     # The utilisation has two that are alike; only one law settles.
     assert best(laws) == {"effort_x": 1, "effort_theta": 0}
+
+
+def test_a_figure_that_one_follower_lacks_is_not_known() -> None:
+    recording = synthetic_recording(2, samples=21)
+    figures = {
+        "followers": {name: dict.fromkeys(MEASURES, value) for name, value in (("f1", 3.0), ("f2", 5.0))},
+        "robots": {name: dict.fromkeys(MEASURES, value) for name, value in (("leader", 0.9), ("f1", 0.2), ("f2", 0.1))},
+    }
+    law = standing("law", recording, figures)
+    assert (law.settling_time, law.peak_utilisation) == (5.0, 0.2)  # the worst, and of followers
+    figures["followers"]["f1"]["settling_time"] = figures["robots"]["f2"]["peak_utilisation"] = None
+    law = standing("law", recording, figures)
+    assert (law.settling_time, law.peak_utilisation) == (None, None)  # one never settles, one lifts a wheel
 
 
 def test_effort_is_of_followers_and_leaves_out_the_end() -> None:
