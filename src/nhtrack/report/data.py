@@ -16,9 +16,9 @@ from nhtrack.plots.ground import ground_of
 from nhtrack.plots.marks import covered
 from nhtrack.plots.style import CROWD
 from nhtrack.recording import Recording
-from nhtrack.report.panels import make_panels
+from nhtrack.report.panels import colours_of, groups_of, make_panels
 from nhtrack.report.thin import even_rows, numbers
-from nhtrack.simulation.palette import GRIP, ICE, robot_colour
+from nhtrack.simulation.palette import GRIP, ICE
 
 DIGITS = 8  # significant digits: a tenth of a micrometre along ten metres
 SHOWN_DIGITS = 4  # of read-outs, which show three
@@ -32,11 +32,12 @@ def payload(recording: Recording) -> dict[str, Any]:
 
     Lengths in metres and times in seconds of the robot, angles in radians; panels have units of their own.
     """
-    rows = frame_rows(recording)
+    rows, colours = frame_rows(recording), colours_of(recording)
     frames = {"time": numbers(recording.time[rows], DIGITS)} | _poses(recording, rows) | _readouts(recording, rows)
     return {
-        "robots": [{"name": name, "colour": robot_colour(place)} for place, name in enumerate(recording.robots)],
+        "robots": [{"name": name, "colour": colour} for name, colour in zip(recording.robots, colours, strict=True)],
         "crowd": len(recording.robots) - 1 > CROWD,
+        "grouped": bool(groups_of(recording)),
         "twin": has_twin(recording),
         "backend": "MuJoCo" if recording.backend == "mujoco" else "ideal integrator",
         "frames": frames,
@@ -67,12 +68,9 @@ def _poses(recording: Recording, rows: np.ndarray) -> dict[str, Any]:
 
 def _readouts(recording: Recording, rows: np.ndarray) -> dict[str, Any]:
     """Returns the figures shown for every robot at the slider's time, in the order of their columns."""
-    speed = np.hypot(recording["twist"].values[..., 0], recording["twist"].values[..., 1])
-    columns = [
-        ("position error", "m", position_error(recording)),
-        ("heading error", "rad", heading_error(recording)),
-        ("speed", "m/s", speed),
-    ]
+    columns = [("position error", "m", position_error(recording)), ("heading error", "rad", heading_error(recording))]
+    if "twist" in recording.dataset:
+        columns.append(("speed", "m/s", np.hypot(*np.moveaxis(recording["twist"].values[..., :2], -1, 0))))
     if has_twin(recording):
         columns.append(("gap to twin", "m", position_gap(recording)))
     if "friction_utilisation" in recording.dataset:

@@ -18,18 +18,22 @@ _MARGIN = 22.0
 Spot = tuple[float, float]
 
 
-def graph_svg(parents: Mapping[str, Sequence[str]]) -> Markup:
+def graph_svg(parents: Mapping[str, Sequence[str]], colours: Sequence[str] = ()) -> Markup:
     """Returns the communication graph as an SVG element; names are escaped.
 
     Args:
         parents: of every robot by name; the root has none.
+        colours: of the robots, `#RRGGBB`; by default those of their places.
     """
+    looks = dict(zip(parents, colours, strict=True)) if colours else {}
     network = Network.from_parents(parents)
     spots = _spots(network)
     width, height = (max(spot[side] for spot in spots) + _MARGIN for side in (0, 1))
     edges = [(parent, child) for child, others in enumerate(network.parents) for parent in others]
     lines = Markup("").join(_edge(spots[parent], spots[child]) for parent, child in edges)
-    robots = Markup("").join(_robot(spots[k], name, k) for k, name in enumerate(network.names))
+    robots = Markup("").join(
+        _robot(spots[k], name, looks.get(name, robot_colour(k))) for k, name in enumerate(network.names)
+    )
     label = f"Communication graph of {len(network)} robots in {len(network.levels)} levels"
     return Markup(
         '<svg class="graph" role="img" aria-label="{}" viewBox="0 0 {:.0f} {:.0f}" width="{:.0f}" height="{:.0f}">'
@@ -66,11 +70,19 @@ def _edge(start: Spot, end: Spot) -> Markup:
     return Markup('<line x1="{:.1f}" y1="{:.1f}" x2="{:.1f}" y2="{:.1f}" marker-end="url(#tip)"/>').format(*places)
 
 
-def _robot(spot: Spot, name: str, place: int) -> Markup:
-    look = *spot, _RADIUS, robot_colour(place)
-    circle = Markup('<circle cx="{:.1f}" cy="{:.1f}" r="{:.0f}" fill="{}"/>').format(*look)
-    text = Markup('<text x="{:.1f}" y="{:.1f}">{}</text>').format(spot[0], spot[1] + 4, _short(name))
+def _robot(spot: Spot, name: str, colour: str) -> Markup:
+    circle = Markup('<circle cx="{:.1f}" cy="{:.1f}" r="{:.0f}" fill="{}"/>').format(*spot, _RADIUS, colour)
+    place = spot[0], spot[1] + 4, ink_on(colour), _short(name)
+    text = Markup('<text x="{:.1f}" y="{:.1f}" fill="{}">{}</text>').format(*place)
     return Markup("<g><title>{}</title>{}{}</g>").format(name, circle, text)
+
+
+def ink_on(colour: str) -> str:
+    """Returns black or white, whichever contrasts more with a colour `#RRGGBB`, by relative luminance (WCAG 2)."""
+    shares = [int(colour[k : k + 2], 16) / 255 for k in (1, 3, 5)]
+    red, green, blue = (c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in shares)
+    luminance = 0.2126 * red + 0.7152 * green + 0.0722 * blue
+    return "#000000" if (luminance + 0.05) ** 2 > 0.05 * 1.05 else "#ffffff"
 
 
 def _short(name: str) -> str:

@@ -1,10 +1,10 @@
-"""The page: template, styles, scripts and the run's numbers in one file that loads nothing else."""
+"""What all pages have in common: template, styles, scripts and numbers in one file that loads nothing else."""
 
 from __future__ import annotations
 
 import base64
 import hashlib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache
 from importlib import resources
@@ -14,91 +14,70 @@ from typing import Any
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
-from nhtrack.plots.style import CROWD
-from nhtrack.recording import Recording, atomic_path
-from nhtrack.report.data import DIGITS, frame_rows, payload
-from nhtrack.report.graph import graph_svg
-from nhtrack.report.keys import meanings, yaml_text
-from nhtrack.report.words import tiles, verdicts
+from nhtrack.recording import atomic_path
 
 
 @dataclass(frozen=True)
-class Extras:
-    """What a page shows that neither the recording nor the summary knows.
+class Page:
+    """What a page shows, whatever it is about.
 
     Attributes:
-        film: an MP4 file to embed, or None.
-        no_film: why there is none.
-        schema: JSON Schema of scenario files, which describes their keys; empty to leave the descriptions out.
+        template: file in `assets/` that says what stands between verdict and provenance.
+        title: what the page is about.
+        sections: titles of the template's sections by their ids, for the list at the head of the page.
+        verdicts: what came of it, in sentences.
+        commands: what repeats it, each with a sentence that leads to it.
+        versions: of what moved the numbers.
+        description: a line below the title.
+        tiles: names and values of the figures that stand at the head.
+        alarm: what went so wrong that everything else has to be read with it in mind; empty where nothing did.
+        warnings: further sentences, folded up where there are many.
+        facts: names and values of what else decides the numbers.
+        scripts: files in `assets/` that are joined to the page's script, after `common.js`.
+        plots: whether Plotly is needed.
+        data: what the scripts draw, ready for JSON.
+        contents: what else the template writes.
     """
 
-    film: Path | None = None
-    no_film: str = "none was asked for"
-    schema: Mapping[str, Any] = field(default_factory=dict)
+    template: str
+    title: str
+    sections: Mapping[str, str]
+    verdicts: Sequence[str]
+    commands: Sequence[tuple[str, str]]
+    versions: Mapping[str, str]
+    description: str = ""
+    tiles: Sequence[tuple[str, str]] = ()
+    alarm: str = ""
+    warnings: Sequence[str] = ()
+    facts: Sequence[tuple[str, str]] = ()
+    scripts: tuple[str, ...] = ()
+    plots: bool = True
+    data: Mapping[str, Any] = field(default_factory=dict)
+    contents: Mapping[str, Any] = field(default_factory=dict)
 
 
-def write(recording: Recording, summary: Mapping[str, Any], path: Path, extras: Extras | None = None) -> Path:
-    """Writes the page of a run; the file appears under its name only once it is whole.
-
-    Args:
-        recording: the run.
-        summary: its figures (`nhtrack.metrics.summary`), with `warnings` where there are any.
-        path: file to write.
-        extras: what else to show.
-    """
+def write_page(page: Page, path: Path) -> Path:
+    """Writes a page as HTML; the file appears under its name only once it is whole."""
     with atomic_path(path) as temporary:
-        temporary.write_text(render(recording, summary, extras), encoding="utf-8")
+        temporary.write_text(render_page(page), encoding="utf-8")
     return path
 
 
-def render(recording: Recording, summary: Mapping[str, Any], extras: Extras | None = None) -> str:
-    """Returns the page of a run as HTML; the same run gives the same bytes. Arguments as `write`."""
-    given, data = extras or Extras(), payload(recording)
-    scripts = {"plotly": _plotly(), "script": _script()}
-    return _environment().get_template("template.html.j2").render(
-        **scripts,
-        **_contents(recording, summary),
-        hashes=[_hash(text) for text in scripts.values()],
-        style=Markup(_asset("report.css")),
-        data=data,
-        groups=_groups(data["panels"]),
-        film=None if given.film is None else base64.b64encode(given.film.read_bytes()).decode(),
-        no_film=given.no_film,
-        keys=meanings(recording.scenario, given.schema),
-    )  # fmt: skip
-
-
-def _contents(recording: Recording, summary: Mapping[str, Any]) -> dict[str, Any]:
-    """Returns what the template writes out in words, tables and SVG."""
-    attributes = recording.dataset.attrs
-    return {
-        "title": recording.name,
-        "description": recording.scenario.get("description", ""),
-        "outcome": recording.outcome,
-        "tiles": tiles(summary),
-        "verdicts": verdicts(summary),
-        "warnings": list(summary.get("warnings", ())),
-        "crowd": len(recording.robots) - 1 > CROWD,
-        "backend": recording.backend,
-        "scales": {"length": recording.length_scale, "time": recording.time_scale},
-        "thinning": {"rows": len(recording.time), "frames": len(frame_rows(recording)), "digits": DIGITS},
-        "graph": graph_svg(recording.parents),
-        "parents": recording.parents,
-        "yaml": yaml_text(recording.scenario),
-        "versions": recording.versions,
-        "model_hash": attributes.get("model_hash", ""),
-        "seed": attributes.get("seed"),
-    }
-
-
-def _groups(panels: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Returns the headings over the panels, each with its panels and whether any of them has a logarithmic axis."""
-    headings = list(dict.fromkeys(panel["group"] for panel in panels))
-    grouped = [(name, [panel for panel in panels if panel["group"] == name]) for name in headings]
-    return [
-        {"name": name, "panels": members, "logarithmic": any(panel["decades"] for panel in members)}
-        for name, members in grouped
-    ]
+def render_page(page: Page) -> str:
+    """Returns a page as HTML; the same page gives the same bytes. What users wrote is escaped by the templates."""
+    scripts = [*([_plotly()] if page.plots else []), _script("common.js", *page.scripts)]
+    return (
+        _environment()
+        .get_template(page.template)
+        .render(
+            **page.contents,
+            page=page,
+            data=page.data,
+            scripts=scripts,
+            hashes=[_hash(script) for script in scripts],
+            style=Markup(_asset("report.css")),
+        )
+    )
 
 
 @cache
@@ -119,9 +98,9 @@ def _plotly() -> Markup:
 
 
 @cache
-def _script() -> Markup:
+def _script(*names: str) -> Markup:
     """Returns the page's own scripts as one function of their own: no name of theirs is global."""
-    parts = "\n".join(_asset(name) for name in ("plots.js", "report.js"))
+    parts = "\n".join(_asset(name) for name in names)
     return Markup(f"(() => {{\n'use strict';\n{parts}}})();\n")
 
 

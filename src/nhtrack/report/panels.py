@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
@@ -13,6 +14,7 @@ from nhtrack.plots.style import BAND_COLOUR, CROWD
 from nhtrack.recording import Recording
 from nhtrack.report.thin import extreme_rows, numbers
 from nhtrack.simulation.palette import robot_colour
+from nhtrack.simulation.scene import SceneSpec
 
 POINTS = 120_000  # of all curves together: four megabytes, drawn within two seconds
 MOST_POINTS = 4000  # of one curve
@@ -56,9 +58,10 @@ def _panels(recording: Recording) -> Iterator[Panel]:
     yield Panel("position", "Tracking error", "position error", "m", position_error(recording), logarithmic=True)
     heading = np.abs(heading_error(recording))
     yield Panel("heading", "Tracking error", "heading error, magnitude", "rad", heading, logarithmic=True)
-    u = recording["input"].values
-    yield Panel("u_x", "Commands", "forward acceleration", "m/s²", u[..., 0], held=True)
-    yield Panel("u_theta", "Commands", "turning acceleration", "rad/s²", u[..., 1], held=True)
+    if "input" in recording.dataset:
+        u = recording["input"].values
+        yield Panel("u_x", "Commands", "forward acceleration", "m/s²", u[..., 0], held=True)
+        yield Panel("u_theta", "Commands", "turning acceleration", "rad/s²", u[..., 1], held=True)
     if "wheel_torque" in recording.dataset:
         yield from _torques(recording)
     if "friction_utilisation" in recording.dataset:
@@ -102,22 +105,57 @@ def _of_largest_magnitude(values: np.ndarray) -> np.ndarray:
     return np.where(np.abs(left) >= np.abs(right), left, right)
 
 
+def colours_of(recording: Recording) -> list[str]:
+    """Returns the colours of the robots as the scene has them, or those of their places."""
+    scene = recording.dataset.attrs.get("scene")
+    spec = None if scene is None else SceneSpec.from_json(scene)
+    return [robot_colour(place) if spec is None else spec.colour(place) for place in range(len(recording.robots))]
+
+
+def groups_of(recording: Recording) -> dict[str, list[str]]:
+    """Returns the followers of each run by its label, for a recording of several; nothing for one of a single run."""
+    return dict(json.loads(recording.dataset.attrs.get("groups", "{}")))
+
+
 def _curves(panel: Panel, recording: Recording) -> list[tuple[dict[str, Any], np.ndarray]]:
     """Returns what curves are called and their columns: one a robot, or low, median and high of a crowd.
 
-    A robot of which nothing is known, as the root of errors, has no curve.
+    A crowd of several runs is one crowd for each run. A robot of which nothing is known, as the root of errors, has no
+    curve.
     """
-    known = [place for place in range(len(recording.robots)) if np.isfinite(panel.values[:, place]).any()]
-    alone = known if len(recording.robots) - 1 <= CROWD else [place for place in known if place == 0]
-    curves: list[tuple[dict[str, Any], np.ndarray]] = [
-        ({"name": recording.robots[place], "colour": robot_colour(place)}, panel.values[:, [place]]) for place in alone
+    colours, known = colours_of(recording), np.isfinite(panel.values).any(axis=0)
+    crowd = len(recording.robots) - 1 > CROWD
+    alone = [place for place in range(len(recording.robots)) if known[place] and not (crowd and place)]
+    bands = _bands(recording, colours) if crowd else []
+    curves: list[tuple[dict[str, Any], np.ndarray]] = []
+    for look, places in bands:
+        members = panel.values[:, [place for place in places if known[place]]]
+        if members.size:
+            curves.append((look, spread(members)))
+    return curves + [
+        ({"name": recording.robots[place], "colour": colours[place]}, panel.values[:, [place]]) for place in alone
     ]
-    together = [place for place in known if place not in alone]
-    if together:
-        crowd = panel.values[:, together]
-        band = np.stack([crowd.min(axis=1), np.median(crowd, axis=1), crowd.max(axis=1)], axis=-1)
-        curves.insert(0, ({"name": f"median of {len(together)} followers", "colour": BAND_COLOUR}, band))
-    return curves
+
+
+def _bands(recording: Recording, colours: list[str]) -> list[tuple[dict[str, Any], list[int]]]:
+    """Returns what the crowds of a recording are called, and the places of their robots."""
+    places = {name: place for place, name in enumerate(recording.robots)}
+    groups = groups_of(recording)
+    if not groups:
+        followers = list(range(1, len(recording.robots)))
+        return [({"name": f"median of {len(followers)} followers", "colour": BAND_COLOUR}, followers)]
+    members = {label: [places[name] for name in names] for label, names in groups.items()}
+    return [({"name": label, "colour": colours[those[0]]}, those) for label, those in members.items()]
+
+
+def spread(members: np.ndarray) -> np.ndarray:
+    """Returns smallest, median and largest of what is known at each time, shape (t, k) -> (t, 3); NaN for none."""
+    found = np.full((len(members), 3), np.nan)
+    some = np.isfinite(members).any(axis=1)
+    known = members[some]
+    figures = np.nanmin(known, axis=1), np.nanmedian(known, axis=1), np.nanmax(known, axis=1)
+    found[some] = np.stack(figures, axis=-1)
+    return found
 
 
 def _plain(panel: Panel, recording: Recording, most: int, digits: int) -> dict[str, Any]:

@@ -2,23 +2,59 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field
 from typing import Any, TypeAlias
 
 import numpy as np
 
 from nhtrack.events import AT_LIMIT
-from nhtrack.metrics import LATE, SETTLED
+from nhtrack.metrics import LATE, SETTLED, position_error
 from nhtrack.plots.style import CROWD
+from nhtrack.recording import Recording
 from nhtrack.report.units import listed, quantity, seconds, share
 
 Summary: TypeAlias = Mapping[str, Any]
 
 
-def verdicts(summary: Summary) -> list[str]:
-    """Returns sentences on how the run ended, who converged, the gap to the twin, friction, motors and distances."""
-    parts: list[Callable[[Summary], list[str]]] = [_outcome, _convergence, _gap, _friction, _motors, _events, _closest]
-    return [sentence for part in parts for sentence in part(summary)]
+@dataclass(frozen=True)
+class About:
+    """What a summary does not know of its run.
+
+    Attributes:
+        virtual_root: whether the root is a marker without a body.
+        track: distance between the wheels of a robot [m], or None where it is not known.
+        largest: the largest position error of each follower [m].
+    """
+
+    virtual_root: bool = False
+    track: float | None = None
+    largest: Mapping[str, float] = field(default_factory=dict)
+
+
+def about(recording: Recording) -> About:
+    """Returns what sentences need beside the summary of a recording."""
+    half = recording.dataset.attrs.get("half_separation")
+    error = position_error(recording)
+    largest = {name: float(np.max(error[:, place])) for place, name in enumerate(recording.robots) if place}
+    return About(
+        bool(recording.scenario.get("leader", {}).get("virtual", False)),
+        None if half is None else 2 * float(half),
+        {name: value for name, value in largest.items() if np.isfinite(value)},
+    )
+
+
+def verdicts(summary: Summary, run: About | None = None) -> list[str]:
+    """Returns sentences on how the run ended, who converged, the gap to the twin, friction, motors and distances.
+
+    Args:
+        summary: of the run.
+        run: what the summary does not know of it.
+    """
+    known = run or About()
+    parts: list[Callable[[Summary], list[str]]] = [_gap, _friction, _motors, _events, _closest]
+    told = _outcome(summary, known) + _convergence(summary, known)
+    return told + [sentence for part in parts for sentence in part(summary)]
 
 
 def tiles(summary: Summary) -> list[tuple[str, str]]:
@@ -35,10 +71,11 @@ def tiles(summary: Summary) -> list[tuple[str, str]]:
     return found
 
 
-def _outcome(summary: Summary) -> list[str]:
+def _outcome(summary: Summary, run: About) -> list[str]:
     where = "MuJoCo's wheel contacts" if summary["backend"] == "mujoco" else "the ideal integrator"
-    count = len(summary["robots"])
-    whole = f"{count} {'robots' if count > 1 else 'robot'} ran on {where} for {seconds(summary['duration'])}"
+    count = len(summary["robots"]) - run.virtual_root
+    behind = " behind a virtual leader, which has no body," if run.virtual_root else ""
+    whole = f"{count} {'robots' if count > 1 else 'robot'} ran{behind} on {where} for {seconds(summary['duration'])}"
     outcome = summary["outcome"]
     if outcome == "completed":
         return [f"{whole}, and the run completed."]
@@ -47,35 +84,56 @@ def _outcome(summary: Summary) -> list[str]:
     return [f"{whole}; then the run {outcome.replace(':', ',', 1)}. What follows is about the time before."]
 
 
-def _convergence(summary: Summary) -> list[str]:
+def _convergence(summary: Summary, run: About) -> list[str]:
     followers = summary["followers"]
     if len(followers) > CROWD:
-        return _crowd_convergence(followers)
-    return [_follower(name, figures, summary["duration"]) for name, figures in followers.items()]
+        return _crowd_convergence(followers, run)
+    return [_follower(name, figures, summary["duration"], run) for name, figures in followers.items()]
 
 
-def _follower(name: str, figures: Mapping[str, float | None], duration: float) -> str:
-    late = f"{quantity(figures['late_position_error'], 'm')} and {quantity(figures['late_heading_error'], 'rad')}"
+def _follower(name: str, figures: Mapping[str, float | None], duration: float, run: About) -> str:
+    distance, heading = figures["late_position_error"], figures["late_heading_error"]
+    late = f"{_distance(distance, run)} and {quantity(heading, 'rad')}"
+    band = _band([run.largest[name]] if name in run.largest else [])
     if figures["settling_time"] is None:
         end = f"{quantity(figures['final_position_error'], 'm')} and {quantity(figures['final_heading_error'], 'rad')}"
         return (
-            f"{name} did not settle within {share(SETTLED)} of its largest error: it began "
+            f"{name} did not settle within {share(SETTLED)} of its largest error{band}: it began "
             f"{quantity(figures['initial_position_error'], 'm')} from its place, was off by up to {late} in the last "
             f"{share(LATE)} of the run, and by {end} at its end."
         )
     since = f"after {seconds(figures['settling_time'])}" if figures["settling_time"] < duration else "at the very end"
     return (
         f"{name} began {quantity(figures['initial_position_error'], 'm')} from its place and stayed within "
-        f"{share(SETTLED)} of its largest error {since}; in the last {share(LATE)} of the run it was off by at most "
-        f"{late}."
+        f"{share(SETTLED)} of its largest error{band} {since}; in the last {share(LATE)} of the run it was off by at "
+        f"most {late}."
     )
 
 
-def _crowd_convergence(followers: Mapping[str, Mapping[str, float | None]]) -> list[str]:
+def _distance(value: float | None, run: About) -> str:
+    """Returns a distance, and how it compares with the robot, so that it reads as small or large by itself."""
+    if value is None or run.track is None:
+        return quantity(value, "m")
+    shares = value / run.track
+    return f"{quantity(value, 'm')} ({share(shares) if shares < 1 else f'{shares:.3g} times'} of its track width)"
+
+
+def _band(largest: Iterable[float]) -> str:
+    """Returns what settling within a share of the largest error means in metres, in brackets."""
+    limits = sorted({quantity(SETTLED * value, "m"): SETTLED * value for value in largest}.items(), key=lambda x: x[1])
+    if not limits:
+        return ""
+    return f" ({limits[0][0]})" if len(limits) == 1 else f" ({limits[0][0]} to {limits[-1][0]})"
+
+
+def _crowd_convergence(followers: Mapping[str, Mapping[str, float | None]], run: About) -> list[str]:
     times = {name: figures["settling_time"] for name, figures in followers.items()}
     settled = [time for time in times.values() if time is not None]
     astray = [name for name, time in times.items() if time is None]
-    told = [f"{len(settled)} of {len(followers)} followers came to stay within {share(SETTLED)} of their largest error"]
+    told = [
+        f"{len(settled)} of {len(followers)} followers came to stay within {share(SETTLED)} of their largest error"
+        f"{_band(run.largest.values())}"
+    ]
     if settled:
         told[0] += (
             f", the first after {seconds(min(settled))}, half of them after {seconds(float(np.median(settled)))}, the "
@@ -86,7 +144,7 @@ def _crowd_convergence(followers: Mapping[str, Mapping[str, float | None]]) -> l
         told.append(f"{listed(astray)} did not settle.")
     worst = _worst(followers, "late_position_error")
     if worst:
-        told.append(f"In the last {share(LATE)} of the run {worst[0]} was off the most, {quantity(worst[1], 'm')}.")
+        told.append(f"In the last {share(LATE)} of the run {worst[0]} was off the most, {_distance(worst[1], run)}.")
     return told
 
 

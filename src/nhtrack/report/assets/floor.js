@@ -1,58 +1,9 @@
-// What Plotly draws: the floor and the panels over time. Robots and cursors are laid over it, since moving them is then
-// a matter of a transform, not of drawing a plot anew.
+// The floor and the robots on it. Robots are laid over what Plotly draws, since moving them is then a matter of a
+// transform, not of drawing a plot anew.
 
-const data = JSON.parse(document.getElementById('data').textContent);
 const frames = data.frames;
-const duration = frames.time[frames.time.length - 1];
-const WHOLE = [0, duration || 1]; // the time axis of a run of a single row has a length, too
-
-const MARGIN = {l: 54, r: 12, t: 8, b: 38}; // [px] fixed, so that a place on the plot is known without asking Plotly
 const LEAST_ROBOT = data.crowd ? 15 : 26; // [px] smaller robots are drawn larger than they are, and the page says so
-const INKS = {
-  light: {ink: '#1a1a1a', soft: '#5c5c5c', grid: '#e4e4e4', paper: '#ffffff', shade: 'rgba(122,122,122,0.16)'},
-  dark: {ink: '#e6e6e6', soft: '#a6a6a6', grid: '#33373c', paper: '#16181b', shade: 'rgba(200,200,200,0.14)'},
-};
-// The page follows the window by itself, since overlays have to. Panels have no buttons: they zoom by dragging, and the
-// way from one to the next with the tab key stays short.
-const CONFIG = {displaylogo: false, responsive: false, modeBarButtonsToRemove: ['select2d', 'lasso2d', 'autoScale2d']};
-const PANEL_CONFIG = {...CONFIG, displayModeBar: false};
-
 const floor = document.getElementById('floor');
-const panels = data.panels.map((panel) => ({...panel, div: document.getElementById(`panel-${panel.key}`)}));
-
-function isDark() {
-  const root = document.documentElement;
-  if (root.classList.contains('printing')) return false;
-  return (root.dataset.theme ?? (matchMedia('(prefers-color-scheme: dark)').matches ? 'dark' : 'light')) === 'dark';
-}
-
-function inks() {
-  return INKS[isDark() ? 'dark' : 'light'];
-}
-
-function axis(extra) {
-  const {ink, soft, grid} = inks();
-  return {
-    gridcolor: grid, linecolor: soft, tickcolor: soft, tickfont: {color: ink, size: 11}, zeroline: false,
-    showline: true, ticks: 'outside', ticklen: 3, automargin: false, ...extra,
-  };
-}
-
-function layout(div, extra) {
-  const {ink, soft} = inks();
-  return {
-    width: div.clientWidth, height: div.clientHeight, margin: MARGIN, showlegend: false,
-    paper_bgcolor: 'rgba(0,0,0,0)', plot_bgcolor: 'rgba(0,0,0,0)',
-    font: {family: 'system-ui, sans-serif', size: 12, color: ink},
-    modebar: {bgcolor: 'rgba(0,0,0,0)', color: soft, activecolor: ink}, ...extra,
-  };
-}
-
-// The floor ----------------------------------------------------------------------------------------------------------
-
-function chosen(name, otherwise) {
-  return document.querySelector(`input[name="${name}"]:checked`)?.value ?? otherwise;
-}
 
 // Whether the trajectories of `pose` (what ran) or `twin` are among those to be seen.
 function isShown(kind) {
@@ -186,76 +137,4 @@ function placeRobots({svg, robots}, frame) {
     group.setAttribute('transform', `translate(${across} ${down}) scale(${size} ${-size}) rotate(${turn})`);
   }
   return larger;
-}
-
-// Over time ----------------------------------------------------------------------------------------------------------
-
-function bandTraces(curve) {
-  const edge = {x: curve.t, mode: 'lines', line: {width: 0}, hoverinfo: 'skip'};
-  return [{...edge, y: curve.low}, {...edge, y: curve.high, fill: 'tonexty', fillcolor: `${curve.colour}40`}];
-}
-
-function panelTraces(panel) {
-  return panel.curves.flatMap((curve) => [
-    ...(curve.low ? bandTraces(curve) : []),
-    {
-      x: curve.t, y: curve.y, mode: 'lines', name: curve.name, opacity: data.crowd && !curve.low ? 0.7 : 1,
-      line: {color: curve.colour, width: 1.4, shape: panel.held ? 'hv' : 'linear', simplify: false},
-      hovertemplate: '%{fullData.name}: %{y:.4g}<extra></extra>',
-    },
-  ]);
-}
-
-function valueAxis(panel, logarithmic) {
-  const log = logarithmic && panel.decades;
-  return axis({
-    type: log ? 'log' : 'linear', nticks: 6, exponentformat: 'power',
-    ...(log ? {range: log, autorange: false, dtick: 1 + Math.floor((log[1] - log[0]) / 6)}
-      : panel.key === 'utilisation' ? {range: [0, 1.15], autorange: false}
-        : {autorange: true, rangemode: panel.decades ? 'tozero' : 'normal'}),
-  });
-}
-
-function panelShapes(panel) {
-  const {ink, soft, shade} = inks();
-  const spells = data.spells.map(([x0, x1]) => ({
-    type: 'rect', x0, x1, yref: 'paper', y0: 0, y1: 1, layer: 'below', fillcolor: shade,
-    line: {width: 0.5, color: shade},
-  }));
-  const limits = panel.limits.map(({name, value}) => ({
-    type: 'line', xref: 'paper', x0: 0, x1: 1, y0: value, y1: value, line: {color: ink, width: 0.8, dash: 'dot'},
-    label: {text: name, textposition: 'end', yanchor: 'top', font: {size: 10, color: soft}},
-  }));
-  return [...spells, ...limits];
-}
-
-function panelLayout(panel, logarithmic) {
-  return layout(panel.div, {
-    hovermode: 'x unified', hoverlabel: {bgcolor: inks().paper, font: {size: 11}}, dragmode: 'zoom',
-    shapes: panelShapes(panel),
-    xaxis: axis({
-      range: WHOLE.slice(), title: {text: 'time [s]', standoff: 4}, hoverformat: '.4g',
-      unifiedhovertitle: {text: '%{x} s'},
-    }),
-    yaxis: valueAxis(panel, logarithmic),
-  });
-}
-
-function makeCursor(div) {
-  const frame = document.createElement('div');
-  frame.className = 'overlay';
-  Object.assign(frame.style, {
-    left: `${MARGIN.l}px`, top: `${MARGIN.t}px`, right: `${MARGIN.r}px`, bottom: `${MARGIN.b}px`,
-  });
-  const cursor = document.createElement('div');
-  cursor.className = 'cursor';
-  frame.append(cursor);
-  div.append(frame);
-  return cursor;
-}
-
-function placeCursor(panel, time) {
-  const [first, last] = panel.div.layout.xaxis.range;
-  const width = panel.div.clientWidth - MARGIN.l - MARGIN.r;
-  panel.cursor.style.transform = `translateX(${(time - first) / (last - first) * width - 0.75}px)`;
 }

@@ -1,4 +1,4 @@
-// The page at work: one time for all plots, what is shown, light and dark, screen and paper.
+// One time for all plots, and what of them is shown.
 
 const slider = document.getElementById('time');
 const play = document.getElementById('play');
@@ -61,6 +61,7 @@ function setPlaying(playing) {
   play.textContent = playing ? '⏸' : '▶';
   play.setAttribute('aria-label', playing ? 'Pause' : 'Play');
   if (!playing) return;
+  film?.pause();
   if (state.frame === frames.time.length - 1) show(0);
   restartClock();
   requestAnimationFrame(tick);
@@ -74,6 +75,7 @@ function restartClock() {
 function tick(now) {
   if (!state.playing) return;
   show(frameAt(state.from + Math.max(0, now - state.since) / 1000 * Number(speed.value)));
+  seekFilm();
   if (state.frame === frames.time.length - 1) setPlaying(false);
   else requestAnimationFrame(tick);
 }
@@ -81,6 +83,7 @@ function tick(now) {
 function goTo(frame) {
   show(frame);
   restartClock();
+  seekFilm();
 }
 
 // Keys of elements that have a use for them themselves are left to them, and so are shortcuts of the browser.
@@ -128,16 +131,6 @@ function redraw() {
   layOver();
 }
 
-function switchTheme() {
-  document.documentElement.dataset.theme = isDark() ? 'light' : 'dark';
-  redraw();
-}
-
-function setPrinting(printing) {
-  document.documentElement.classList.toggle('printing', printing);
-  redraw();
-}
-
 // Zooming one panel zooms all of them.
 function followZoom(source) {
   source.div.on('plotly_relayout', (change) => {
@@ -152,16 +145,13 @@ function followZoom(source) {
 
 // To work ------------------------------------------------------------------------------------------------------------
 
-// A task of its own for each plot, so that the page answers while they are being drawn.
-const pause = () => new Promise((resolve) => setTimeout(resolve));
-
 async function draw() {
   await Plotly.newPlot(floor, floorTraces(), floorLayout(), CONFIG);
   state.robots = makeRobots();
   floor.on('plotly_relayout', layOver);
   floor.on('plotly_relayouting', layOver);
   show(0);
-  document.documentElement.dataset.firstPlot = Math.round(performance.now());
+  mark('firstPlot');
   const logarithmic = chosen('axis', 'log') === 'log';
   for (const panel of panels) {
     await pause();
@@ -171,7 +161,7 @@ async function draw() {
     placeCursor(panel, frames.time[state.frame]);
   }
   state.ready = true;
-  document.documentElement.dataset.ready = Math.round(performance.now());
+  mark('ready');
 }
 
 function listen() {
@@ -181,14 +171,8 @@ function listen() {
   document.addEventListener('keydown', onKey);
   document.getElementById('shown')?.addEventListener('change', showTrajectories);
   document.getElementById('axis')?.addEventListener('change', showAxes);
-  document.getElementById('theme').addEventListener('click', switchTheme);
-  matchMedia('(prefers-color-scheme: dark)').addEventListener('change', redraw);
-  matchMedia('print').addEventListener('change', ({matches}) => setPrinting(matches));
-  let waiting = null;
-  window.addEventListener('resize', () => {
-    clearTimeout(waiting);
-    waiting = setTimeout(redraw, 150);
-  });
+  listenToFilm();
+  watchLook(redraw);
 }
 
 const usual = SPEEDS.find((factor) => factor >= 1 && duration / factor <= LONGEST) ?? SPEEDS.at(-1);
