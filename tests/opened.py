@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from playwright.sync_api import Dialog, Page, Route
 
+PATIENCE, STEP = 30_000, 50  # [ms] for something to happen on a busy machine, and between two looks
+
 
 @dataclass
 class Opened:
@@ -25,6 +27,14 @@ class Opened:
 
     def slide(self, value: int) -> None:
         self.page.locator("#time").fill(str(value))
+
+    def until(self, expression: str) -> None:
+        """Waits until an expression is true; the page's policy forbids Playwright's own way, which evaluates text."""
+        for _ in range(PATIENCE // STEP):
+            if self.page.evaluate(expression):
+                return
+            self.page.wait_for_timeout(STEP)
+        raise AssertionError(f"never true: {expression}")
 
 
 Opener = Callable[..., Opened]

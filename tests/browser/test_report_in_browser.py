@@ -172,7 +172,7 @@ def test_the_film_plays(open_report: Opener, recording: Recording, tmp_path: Pat
     pictures = (np.full((120, 160, 3), 2 * k, np.uint8) for k in range(100))
     write_mp4(pictures, film, (160, 120), 25)
     opened = open_report(write_report(recording, tmp_path / "report.html", film=film))
-    if not opened.page.evaluate("document.createElement('video').canPlayType('video/mp4; codecs=\"avc1.42E01E\"')"):
+    if not has_h264(opened):
         pytest.skip("this browser was built without H.264")
     times = opened.page.locator("video").evaluate(
         """async (video) => {
@@ -185,6 +185,53 @@ def test_the_film_plays(open_report: Opener, recording: Recording, tmp_path: Pat
     )
     assert times[1] > times[0]
     assert times[2:] == pytest.approx([4.0, 160], abs=0.1)
+
+
+def has_h264(opened: Opened) -> bool:
+    kind = 'video/mp4; codecs="avc1.42E01E"'
+    return bool(opened.page.evaluate("kind => document.createElement('video').canPlayType(kind)", kind))
+
+
+def test_film_and_slider_move_each_other(open_report: Opener, recording: Recording, tmp_path: Path) -> None:
+    """80 s of the robot in 101 frames at 25 a second: 4 s of film, at 20 times the robot's speed."""
+    film = tmp_path / "video.mp4"
+    write_mp4((np.full((120, 160, 3), 2 * k, np.uint8) for k in range(101)), film, (160, 120), 25)
+    scenario = recording.scenario | {"video": {"camera": "group", "fps": 25, "speed": 20.0}}
+    dataset = recording.dataset.assign_attrs(scenario=json.dumps(scenario))
+    opened = open_report(write_report(Recording(dataset), tmp_path / "report.html", film=film))
+    if not has_h264(opened):
+        pytest.skip("this browser was built without H.264")
+    page, clip = opened.page, opened.page.locator("video")
+    opened.until("document.getElementById('video').readyState >= 2")
+    shown = "Math.abs(document.getElementById('video').currentTime - {}) < 0.03"
+    opened.slide(200)
+    opened.until(shown.format(2.0))
+    page.keyboard.press("End")
+    opened.until(shown.format(4.0))
+    clip.evaluate("video => { video.currentTime = 1.0; }")
+    opened.until("Math.abs(parseFloat(document.getElementById('clock').textContent) - 20) < 0.5")
+    clip.evaluate("video => video.play()")
+    opened.until("parseFloat(document.getElementById('clock').textContent) > 30")
+    clip.evaluate("video => video.pause()")
+    page.wait_for_timeout(100)
+    assert opened.time() == pytest.approx(20 * clip.evaluate("video => video.currentTime"), abs=1.0)
+    caption = page.locator("#film figcaption").inner_text()
+    assert "a second of film is 20 s of the robot" in caption
+
+
+def test_a_film_that_ends_early_stays_at_its_end(open_report: Opener, recording: Recording, tmp_path: Path) -> None:
+    film = tmp_path / "video.mp4"
+    write_mp4((np.full((120, 160, 3), 2 * k, np.uint8) for k in range(50)), film, (160, 120), 25)
+    scenario = recording.scenario | {"video": {"camera": "group", "fps": 25, "speed": 20.0}}  # 40 of 80 s
+    dataset = recording.dataset.assign_attrs(scenario=json.dumps(scenario))
+    opened = open_report(write_report(Recording(dataset), tmp_path / "report.html", film=film))
+    if not has_h264(opened):
+        pytest.skip("this browser was built without H.264")
+    opened.until("document.getElementById('video').readyState >= 2")
+    opened.slide(400)
+    opened.until("document.getElementById('video').currentTime > 1.9")
+    opened.page.wait_for_timeout(300)
+    assert opened.time() == pytest.approx(80.0)
 
 
 def test_names_stay_text(open_report: Opener, tmp_path: Path) -> None:

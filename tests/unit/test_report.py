@@ -18,18 +18,24 @@ from nhtrack.metrics import heading_error, position_error, summary
 from nhtrack.recording import Recording
 from nhtrack.report import Extras, render, write
 from nhtrack.report.data import payload
-from nhtrack.report.graph import graph_svg
+from nhtrack.report.film import duration_of, read_film
+from nhtrack.report.graph import graph_svg, ink_on
 from nhtrack.report.keys import meanings, yaml_text
 from nhtrack.report.thin import even_rows, extreme_rows, numbers
 from nhtrack.report.units import listed, quantity
-from nhtrack.report.words import tiles, verdicts
+from nhtrack.report.words import About, about, tiles, verdicts
 from nhtrack.scenario.documentation import json_schema
 from nhtrack.scenario.load import load
+from nhtrack.simulation.palette import FOLLOWERS, ROOT
 from nhtrack.study.run import run_scenario
+from nhtrack.video.encode import write_mp4
+from recordings import HALF_SEPARATION
 from reports import whole_recording
 
 # Eight significant digits: rounding moves a number by at most half a unit of the last one.
 DIGITS = 5e-8
+CONTRAST = 4.5  # WCAG 2, level AA, of text
+MILLISECOND = 1e-3  # [s] an MP4 file's header counts milliseconds
 
 HOSTILE = ("<script>alert(1)</script>", "<img src=x onerror=alert(1)>", '" onload="alert(1)', "</title>&amp;\u2028'")
 
@@ -202,6 +208,36 @@ def test_a_follower_that_converged_is_told_with_when_and_how_near() -> None:
     )
     assert sentence in told(**follower(**figures, **late))
     assert "No motor was at its limits." in told()
+
+
+def test_lengths_stand_beside_shares() -> None:
+    """45 mm are little for a follower that began 3 m away, and half a robot all the same."""
+    figures = follower(settling_time=20.0, late_position_error=0.045, late_heading_error=0.1)
+    run = About(track=0.09, largest={"follower": 3.0})
+    text = " ".join(verdicts(summary(whole_recording(1)) | figures, run))
+    assert "within 5 % of its largest error (150 mm) after 20 s" in text
+    assert "off by at most 45 mm (50 % of its track width) and 100 mrad." in text
+    wide = follower(settling_time=None, late_position_error=0.18)
+    assert "180 mm (2 times of its track width)" in " ".join(verdicts(summary(whole_recording(1)) | wide, run))
+
+
+def test_sentences_know_sizes_and_roots_from_the_recording() -> None:
+    recording = whole_recording(3, samples=201)
+    known = about(recording)
+    assert known.track == pytest.approx(2 * HALF_SEPARATION)
+    errors = position_error(recording)
+    assert known.largest == {name: errors[:, k].max() for k, name in enumerate(("f1", "f2", "f3"), start=1)}
+    assert not known.virtual_root
+    text = " ".join(verdicts(summary(recording), known))
+    assert "4 robots ran on MuJoCo's wheel contacts" in text
+
+
+def test_a_virtual_leader_is_no_robot_that_ran() -> None:
+    scenario = load("tour/hello").model_dump(mode="json")
+    scenario["leader"]["virtual"] = True
+    recording = whole_recording(1, scenario=scenario)
+    text = " ".join(verdicts(summary(recording), about(recording)))
+    assert "1 robot ran behind a virtual leader, which has no body, on MuJoCo's wheel contacts for 80 s" in text
 
 
 def test_a_follower_that_did_not_settle_is_told_so() -> None:
@@ -383,3 +419,43 @@ def test_the_graph_has_every_robot_and_every_edge() -> None:
     assert found.texts["title"] == list(parents)
     xs = [float(attributes["cx"] or "nan") for tag, attributes in found.found if tag == "circle"]
     assert xs[0] < xs[1] == xs[2] < xs[3]
+
+
+def luminance(colour: str) -> float:
+    shares = np.array([int(colour[k : k + 2], 16) for k in (1, 3, 5)]) / 255
+    linear = np.where(shares <= 0.04045, shares / 12.92, ((shares + 0.055) / 1.055) ** 2.4)
+    return float(linear @ [0.2126, 0.7152, 0.0722])
+
+
+@pytest.mark.parametrize("colour", [ROOT, *FOLLOWERS, "#000000", "#ffffff"])
+def test_numbers_on_robots_can_be_read(colour: str) -> None:
+    light, dark = sorted((luminance(colour), luminance(ink_on(colour))), reverse=True)
+    assert (light + 0.05) / (dark + 0.05) >= CONTRAST
+
+
+# The film -------------------------------------------------------------------------------------------------------------
+
+
+def film_of(path: Path, frames: int, fps: int) -> Path:
+    write_mp4((np.full((64, 64, 3), 2 * k, np.uint8) for k in range(frames)), path, (64, 64), fps)
+    return path
+
+
+def test_a_film_tells_how_long_it_lasts_and_how_fast_it_is(tmp_path: Path) -> None:
+    """The first and the last of 51 frames show the first and the last row: 80 s in 2 s."""
+    film = film_of(tmp_path / "film.mp4", 51, 25)
+    assert duration_of(film.read_bytes()) == pytest.approx(51 / 25, abs=MILLISECOND)
+    video = {"camera": "chase", "fps": 25, "speed": None}
+    read = read_film(film, whole_recording(1, samples=51, scenario={"video": video}))
+    assert read.speed == pytest.approx(40, rel=MILLISECOND)
+    assert read.caption.startswith("The camera follows the leader; a second of film is 40 s of the robot.")
+    wanted = read_film(film, whole_recording(1, samples=51, scenario={"video": video | {"speed": 1.0}}))
+    assert (wanted.speed, "a second of film is a second of the robot" in wanted.caption) == (1.0, True)
+
+
+@pytest.mark.parametrize("content", [b"", b"mvhd", b"....mvhd" + bytes(40), bytes(range(256))])
+def test_a_film_that_does_not_tell_is_shown_all_the_same(content: bytes, tmp_path: Path) -> None:
+    film = tmp_path / "film.mp4"
+    film.write_bytes(content)
+    assert duration_of(content) is None
+    assert read_film(film, whole_recording(1, samples=51)).speed is None
