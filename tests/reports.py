@@ -1,4 +1,4 @@
-"""Reports of runs made of formulas, whole enough to have a summary."""
+"""What reports are made of: runs of formulas, whole enough to have a summary, and small real studies."""
 
 from __future__ import annotations
 
@@ -11,9 +11,27 @@ from nhtrack.metrics import summary
 from nhtrack.recording import Recording
 from nhtrack.report import Extras, write
 from nhtrack.scenario.documentation import json_schema
+from nhtrack.scenario.laws import load_laws
 from nhtrack.scenario.load import load
+from nhtrack.study.compare import compare
+from nhtrack.study.comparison import Comparison
 from recordings import HALF_SEPARATION, WHEEL_RADIUS, synthetic_recording
 
+HOSTILE = "<script>alert(1)</script>"
+WILD = "{name: kanayama, k_inner: 250}"  # is lost within a second
+CASE = """\
+name: case
+duration: 4
+control_rate: 20
+backend: ideal
+similarity: {length: 0.1, time: 1}
+leader:
+  start: {pose: [0, 0, 0]}
+  input: {u_x: 0.1, u_theta: "0.2*cos(t)"}
+followers:
+  - {name: follower, parents: [leader], start: {pose: [-1, 0, 0]}}
+law: {name: published, kp: 1, kd: 3, ke: 0.3, k: 5}
+"""
 SCENARIOS = {1: "paper/example1", 63: "stress/formation64"}  # by the number of followers
 
 
@@ -38,3 +56,12 @@ def write_report(recording: Recording, path: Path, **extras: Any) -> Path:
     """Writes the report of a recording as `nhtrack run` does."""
     told = summary(recording) | {"warnings": []}
     return write(recording, told, path, Extras(schema=json_schema(), **extras))
+
+
+def small_comparison(folder: Path, **scenario: Any) -> Comparison:
+    """Runs a short scenario on the ideal model under its own law, one that follows and one that is lost."""
+    file = folder / "case.yaml"
+    file.write_text(CASE, encoding="utf-8")
+    own = load(file).model_copy(update=scenario)
+    _, laws = load_laws(lambda: own, ["kanayama", WILD], lambda _: own)
+    return compare(own, laws, folder / "results", figures=False, video=False)

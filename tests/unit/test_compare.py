@@ -330,7 +330,7 @@ def files_in(folder: Path) -> set[str]:
 
 def test_a_folder_never_holds_the_files_of_two(tmp_path: Path) -> None:
     """A folder of results forgets an earlier comparison's laws and an earlier run; what is not ours stays."""
-    plain = {"figures": False, "video": False}
+    plain = {"figures": False, "video": False, "report": False}
     short = case("duration=1")
     compare(short, (KANAYAMA, SAMSON), tmp_path, **plain)
     mine = ("notes.txt", "samson/notes.txt", "other/recording.nc", "other/summary.json")
@@ -343,7 +343,7 @@ def test_a_folder_never_holds_the_files_of_two(tmp_path: Path) -> None:
     ours = {"comparison.json", "universal/recording.nc", "universal/summary.json"}
     assert files_in(tmp_path) == ours | set(mine)
     assert {path.relative_to(tmp_path).as_posix() for path in found.files} == ours
-    run_scenario(short, tmp_path, overwrite=True, report=False, **plain)
+    run_scenario(short, tmp_path, overwrite=True, **plain)
     assert files_in(tmp_path) == {"recording.nc", "summary.json"} | set(mine)
 
 
@@ -365,7 +365,8 @@ def test_an_interruption_keeps_the_laws_before_it(tmp_path: Path, monkeypatch: p
     assert found.completed
     assert "samson: not run, the comparison was interrupted" in found.warnings
     assert "universal: not run, the comparison was interrupted" in found.warnings
-    assert files_in(tmp_path) == {"comparison.json", "kanayama/recording.nc", "kanayama/summary.json"}
+    kept = {"comparison.json", "report.html", "kanayama/recording.nc", "kanayama/summary.json"}
+    assert files_in(tmp_path) == kept
     assert [row["label"] for row in tree_of(tmp_path)["laws"]] == ["kanayama"]
 
 

@@ -6,13 +6,13 @@ import base64
 import errno
 import hashlib
 import json
-from html.parser import HTMLParser
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
+from elements import Elements
 from nhtrack import assets
 from nhtrack.metrics import heading_error, position_error, summary
 from nhtrack.recording import Recording
@@ -38,30 +38,6 @@ CONTRAST = 4.5  # WCAG 2, level AA, of text
 MILLISECOND = 1e-3  # [s] an MP4 file's header counts milliseconds
 
 HOSTILE = ("<script>alert(1)</script>", "<img src=x onerror=alert(1)>", '" onload="alert(1)', "</title>&amp;\u2028'")
-
-
-class Elements(HTMLParser):
-    """Every element of a page with its attributes and the text in it."""
-
-    def __init__(self, text: str) -> None:
-        super().__init__()
-        self.found: list[tuple[str, dict[str, str | None]]] = []
-        self.texts: dict[str, list[str]] = {}
-        self._open = ""
-        self.feed(text)
-        self.close()
-
-    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        self.found.append((tag, dict(attrs)))
-        self._open = tag
-        self.texts.setdefault(tag, []).append("")
-
-    def handle_endtag(self, tag: str) -> None:
-        self._open = ""
-
-    def handle_data(self, data: str) -> None:
-        if self._open:
-            self.texts[self._open][-1] += data
 
 
 def report(recording: Recording, **extras: Any) -> str:

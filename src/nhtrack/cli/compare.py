@@ -52,9 +52,10 @@ def compare(
     ] = None,
     no_video: Annotated[bool, typer.Option("--no-video", help="Make no film.")] = False,
     no_figures: Annotated[bool, typer.Option("--no-figures", help="Draw no figure.")] = False,
+    no_report: Annotated[bool, typer.Option("--no-report", help="Write no report.")] = False,
     force: Annotated[bool, typer.Option("--force", help="Write into a results folder that exists.")] = False,
 ) -> None:
-    """Run a scenario under several laws, its own among them: a table, one figure and one film of all.
+    """Run a scenario under several laws, its own among them: a table, one figure, film and report of all.
 
     Exits with 0 if at least one law completed its run; a law that diverged says so in its row.
     """
@@ -66,9 +67,9 @@ def compare(
     loaded, wanted = load_laws(lambda: load_scenario(scenario, overrides), laws, _read)
     from nhtrack.study.compare import compare as study
 
-    draw = {"figures": not no_figures, "video": not no_video}
+    made = {"figures": not no_figures, "video": not no_video, "report": not no_report}
     with progress_bars() as stage:
-        found = study(loaded, wanted, out, search=search, overwrite=force, **draw, stage=stage)
+        found = study(loaded, wanted, out, search=search, overwrite=force, **made, stage=stage)
     _print_comparison(found, Console())
     if found.interrupted:
         fail("interrupted; what was recorded until then is kept", EXIT_INTERRUPTED)

@@ -81,10 +81,12 @@ def _torques(recording: Recording) -> Iterator[Panel]:
 
 
 def _slips(recording: Recording) -> Iterator[Panel]:
+    """Yields slip, which only wheels have, and friction utilisation, which the ideal integrator predicts."""
     group = "Wheels on the floor"
-    yield _prefixed("sideways", group, "sideways slip of the axle", "m/s", recording["lateral_slip"].values)
-    rolling = _of_largest_magnitude(recording["longitudinal_slip"].values)
-    yield _prefixed("rolling", group, "rolling slip, worse wheel", "m/s", rolling)
+    if recording.backend != "ideal":
+        yield _prefixed("sideways", group, "sideways slip of the axle", "m/s", recording["lateral_slip"].values)
+        rolling = _of_largest_magnitude(recording["longitudinal_slip"].values)
+        yield _prefixed("rolling", group, "rolling slip, worse wheel", "m/s", rolling)
     use = recording["friction_utilisation"].values.max(axis=-1)
     limits = (("wheels break away", 1.0),)
     yield Panel("utilisation", group, "friction utilisation, worse wheel", "1", use, limits=limits)
@@ -171,13 +173,13 @@ def _plain(panel: Panel, recording: Recording, most: int, digits: int) -> dict[s
         "title": panel.title,
         "unit": panel.unit,
         "held": panel.held,
-        "decades": _decades(panel.values) if panel.logarithmic else None,
+        "decades": decades(panel.values) if panel.logarithmic else None,
         "limits": [{"name": name, "value": value} for name, value in panel.limits],
         "curves": curves,
     }
 
 
-def _decades(values: np.ndarray) -> list[float] | None:
+def decades(values: np.ndarray) -> list[float] | None:
     """Returns the logarithms between which a logarithmic axis shows the values; None where none is above zero."""
     positive = values[np.isfinite(values) & (values > 0)]
     if not positive.size:

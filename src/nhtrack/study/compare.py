@@ -1,4 +1,4 @@
-"""One scenario under several laws: runs side by side, a table of how they did, one figure and one film of all."""
+"""One scenario under several laws: runs side by side, a table of how they did, one figure, film and report of all."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from pathlib import Path
 
 from nhtrack.errors import FeasibilityError
 from nhtrack.scenario.build import make_limits
+from nhtrack.scenario.documentation import json_schema
 from nhtrack.scenario.schema import Law, Scenario
 from nhtrack.study.comparison import Comparison, Search, room_of
 from nhtrack.study.feasibility import fitting_time
@@ -28,6 +29,7 @@ def compare(
     overwrite: bool = False,
     figures: bool = True,
     video: bool = True,
+    report: bool = True,
     stage: Stage | None = None,
 ) -> Comparison:
     """Runs a scenario under several laws and writes how they did into a folder.
@@ -44,6 +46,7 @@ def compare(
         overwrite: allow a folder that has files in it.
         figures: whether to draw the figure.
         video: whether to make the film.
+        report: whether to write the report.
         stage: see `nhtrack.study.run.simulate`.
 
     Raises:
@@ -62,7 +65,7 @@ def compare(
         found = _drawn(found)
     if video and found.completed and not found.interrupted:
         found = _filmed(found, stage)
-    return found
+    return _reported(found) if report else found
 
 
 def labels(laws: Sequence[Law]) -> tuple[str, ...]:
@@ -166,3 +169,16 @@ def _filmed(found: Comparison, stage: Stage | None) -> Comparison:
     merged = together(found.recordings, room_of(list(found.recordings.values())))
     film, reasons = make_film(merged, found.scenario.video, found.folder / "video.mp4", stage)
     return replace(found, files=(*found.files, *film), skipped=(*found.skipped, *reasons))
+
+
+def _reported(found: Comparison) -> Comparison:
+    """Returns a comparison with its report, which has the film in it if there is one."""
+    from nhtrack.report import Extras
+    from nhtrack.report.pages.compare import write
+    from nhtrack.video.together import together
+
+    film = found.folder / "video.mp4"
+    extras = Extras(film if film in found.files else None, found.no_film, json_schema())
+    merged = together(found.recordings, room_of(list(found.recordings.values())))
+    page = write(found.tree, found.recordings, merged, found.folder / "report.html", extras)
+    return replace(found, files=(*found.files, page))

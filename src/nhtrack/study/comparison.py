@@ -82,6 +82,17 @@ class Comparison:
         return "interrupted" in ended or len(ended) < len(self.entrants)
 
     @property
+    def no_film(self) -> str:
+        """Why there is no film, if there is none."""
+        mark = "no video: "
+        reasons = [reason.removeprefix(mark) for reason in self.skipped if reason.startswith(mark)]
+        if self.interrupted:
+            reasons.append("the comparison was interrupted")
+        elif not self.completed:
+            reasons.append("no law completed its run")
+        return next(iter(reasons), "none was asked for")
+
+    @property
     def warnings(self) -> tuple[str, ...]:
         """What is wrong with runs, in sentences: what every law has to hear once, then law by law."""
         told = {label: each.summary["warnings"] for label, each in self.outcomes.items()}

@@ -25,6 +25,7 @@ function valueAxis(panel, logarithmic) {
   return axis({
     type: log ? 'log' : 'linear', nticks: 6, exponentformat: 'power',
     ...(log ? {range: log, autorange: false, dtick: 1 + Math.floor((log[1] - log[0]) / 6)}
+      : panel.range ? {range: panel.range.slice(), autorange: false}
       : panel.key === 'utilisation' ? {range: [0, 1.15], autorange: false}
         : {autorange: true, rangemode: panel.decades ? 'tozero' : 'normal'}),
   });
