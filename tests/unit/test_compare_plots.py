@@ -65,7 +65,7 @@ def test_every_law_is_drawn_where_it_was(laws: int, followers: int) -> None:
     floor, position, heading = drawn(runs).axes[:3]
     for place, run in enumerate(runs.values(), start=1):
         colour = robot_colour(place)
-        pose = run["pose"].values / [run.length_scale, run.length_scale, 1.0]
+        pose = run["pose"].values
         paths = curves(floor, colour)
         assert len(paths) == followers
         for follower, path in enumerate(paths, start=1):
@@ -118,19 +118,19 @@ def test_a_law_that_diverged_is_drawn_as_far_as_it_makes_sense() -> None:
     assert np.isnan(path.get_xydata()[40:]).all()
     (dart,) = darts(figure.axes[0], robot_colour(3))
     nose, notch = dart.get_xy()[[0, 2]]
-    last = wild["pose"].values[39, 1, :2] / wild.length_scale
+    last = wild["pose"].values[39, 1, :2]
     assert np.array([0.20, 0.62]) / 0.82 @ np.array([nose, notch]) == pytest.approx(last)
     assert "kanayama, diverged" in [text.get_text() for text in figure.axes[1].texts]
     with mpl.rc_context({"savefig.dpi": 50}):
         figure.draw_without_rendering()  # warnings are errors: no axis may overflow
 
 
-def test_times_are_robot_and_scenario_seconds() -> None:
+def test_units_are_the_robots_and_the_scenarios_are_told() -> None:
     figure = drawn(several(2))
     position, heading = figure.axes[1:3]
     assert heading.get_xlabel() == "robot time [s]"
     assert position.get_xlim() == heading.get_xlim() == (0.0, 80.0)
-    assert "in the scenario's units; 1 m is 4 mm on the floor" in figure.axes[0].get_title("left")
+    assert "The scenario's 1 m is 4 mm and its 1 s is 4 s here." in " ".join(figure.get_supxlabel().split())
 
 
 @pytest.mark.parametrize("step", [0.05, 0.1])

@@ -1,4 +1,8 @@
-"""Figures of a recording: pure functions of it; only `save_figures` writes."""
+"""Figures of a recording: pure functions of it; only `save_figures` writes.
+
+Figures are one journal column wide, in one house style (`nhtrack.plots.style`), in the robots' units. One that would
+have nothing to say of a run is None.
+"""
 
 from __future__ import annotations
 
@@ -8,26 +12,35 @@ from pathlib import Path
 from matplotlib.figure import Figure
 
 from nhtrack.plots.files import save_figure
+from nhtrack.plots.graph import communication
 from nhtrack.plots.paths import trajectories
-from nhtrack.plots.series import errors, inputs, slip
-from nhtrack.plots.style import styled
+from nhtrack.plots.series import errors, gap, inputs, slip
+from nhtrack.plots.style import column_styled
 from nhtrack.recording import Recording
 
-__all__ = ["FIGURES", "errors", "inputs", "save_figures", "slip", "trajectories"]
+__all__ = ["FIGURES", "communication", "errors", "gap", "inputs", "save_figures", "slip", "trajectories"]
 
-FIGURES: dict[str, Callable[[Recording], Figure]] = {
+FIGURES: dict[str, Callable[[Recording], Figure | None]] = {
     "trajectories": trajectories,
     "errors": errors,
     "inputs": inputs,
     "slip": slip,
+    "gap": gap,
+    "graph": communication,
 }
 
 
-@styled
+@column_styled
 def save_figures(recording: Recording, folder: Path) -> list[Path]:
-    """Writes every figure as PNG (200 dpi) and PDF; each file appears under its name only once it is whole.
+    """Writes every figure that says something as PNG (600 dpi) and PDF; each file appears only once it is whole.
 
     Returns:
-        The files, in the order of `FIGURES`, PNG before PDF.
+        The files, in the order of `FIGURES`, PNG before PDF; without those of the gap and of slip where the run had no
+        wheels.
     """
-    return [path for name, draw in FIGURES.items() for path in save_figure(draw(recording), folder / name)]
+    written = []
+    for name, draw in FIGURES.items():
+        figure = draw(recording)
+        if figure is not None:
+            written += save_figure(figure, folder / name, title=f"{recording.name}: {name}")
+    return written

@@ -8,15 +8,14 @@ from typing import Any, NamedTuple
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.patches import Polygon
-from matplotlib.ticker import NullFormatter
+from matplotlib.ticker import LogLocator, NullFormatter
 
-from nhtrack import se2
 from nhtrack.metrics import heading_error, position_error
+from nhtrack.plots.footprint import Footprint, draw_dart, draw_footprint, footprint_of, is_seen, points_per_metre
 from nhtrack.plots.ground import draw_ground, ground_of
 from nhtrack.plots.names import Path, name_ends, name_paths
-from nhtrack.plots.paths import DART, frame_panel
-from nhtrack.plots.style import CROWD, INK, panel_title, styled, time_axes
+from nhtrack.plots.paths import frame_panel
+from nhtrack.plots.style import COLUMN, CROWD, column_styled, panel_title, time_axes, write_note
 from nhtrack.recording import Recording
 from nhtrack.simulation.palette import ROOT, robot_colour
 
@@ -27,7 +26,8 @@ Room = tuple[float, float, float, float]  # x_min, x_max, y_min, y_max [m]
 _DECADES = 6  # log axes show at most this many: below is rounding, not tracking
 _LAST = 0.03  # share of a run at whose end its name stands
 _NOTHING = 1e-300  # stands for an error of zero, which a logarithm has no place for
-_DART = 0.045  # length of a robot as a share of the panel's larger side
+_DART = 8.0  # [pt] length of a robot that is too small to be drawn to scale
+_FLOOR, _PANEL, _REST = 2.9, 1.15, 0.75  # [in] the floor's width, a panel's height, and what axes and notes take up
 
 
 class _Shown(NamedTuple):
@@ -37,7 +37,7 @@ class _Shown(NamedTuple):
         label: what it is called.
         colour: its colour.
         run: its recording.
-        path: where its followers were, in scenario units, NaN outside the room, shape (t, n - 1, 3).
+        path: where its followers were [m], NaN outside the room, shape (t, n - 1, 3).
     """
 
     label: str
@@ -46,11 +46,11 @@ class _Shown(NamedTuple):
     path: np.ndarray
 
 
-@styled
+@column_styled
 def overlay(runs: Mapping[str, Recording], room: Room) -> Figure:
     """Returns the paths of all laws on one floor, and below the worst position and heading error over time.
 
-    Lengths on the floor are in the scenario's own units, errors in metres and radians. Each law has one colour, as
+    Lengths are metres on the floor, as in the figures of a run. Each law has one colour, as
     in the film, and its name beside its curves.
 
     Args:
@@ -65,28 +65,32 @@ def overlay(runs: Mapping[str, Recording], room: Room) -> Figure:
     root = _path(longest, room)[:, :1]
     everything = np.concatenate([root.reshape(-1, 3), *(each.path.reshape(-1, 3) for each in shown)])[:, None]
     shape = _shape(everything)
-    figure = Figure(figsize=(8.4, 7.0 * shape + 4.9))
-    floor, *panels = figure.subplots(3, 1, height_ratios=(7.0 * shape, 2.1, 2.1))
+    floor_height = _FLOOR * shape
+    figure = Figure(figsize=(COLUMN, floor_height + 2 * _PANEL + _REST))
+    floor, *panels = figure.subplots(3, 1, height_ratios=(floor_height, _PANEL, _PANEL))
     frame_panel(floor, everything, shape)
-    draw_ground(floor, ground_of(longest), longest.length_scale)
-    _draw_floor(floor, shown, root, longest)
-    time_axes(figure, np.array(panels)[:, None], longest)
-    _draw_errors(panels, shown, len(longest.robots) - 1)
-    figure.suptitle(f"{longest.name}: {len(runs)} laws", x=0.01, ha="left", fontsize=11.0, fontweight="bold", color=INK)
+    patches = draw_ground(floor, ground_of(longest))
+    _draw_lines(floor, shown, root)
+    time_axes(np.array(panels)[:, None], longest)
+    curves = _draw_errors(panels, shown, len(longest.robots) - 1)
+    write_note(figure, longest, "Hollow: start.")
     figure.align_ylabels(panels)
-    figure.draw_without_rendering()  # the names of the paths need to know where these are
+    figure.draw_without_rendering()  # the size of robots, and where names stand, depends on the layout
+    _draw_robots(floor, shown, root, footprint_of(longest))
+    _name_errors(panels, shown, curves)
+    figure.draw_without_rendering()  # those names have moved the panels
     paths = {longest.robots[0]: Path(root[..., :2], ROOT)}
-    name_paths(floor, paths | {each.label: Path(each.path[..., :2], each.colour) for each in shown})
+    name_paths(floor, paths | {each.label: Path(each.path[..., :2], each.colour) for each in shown} | patches)
     return figure
 
 
 def _path(run: Recording, room: Room) -> np.ndarray:
-    """Returns poses in scenario units, NaN outside the room, shape (t, n, 3)."""
+    """Returns poses, NaN outside the room, shape (t, n, 3)."""
     pose = run["pose"].values.copy()
     x_min, x_max, y_min, y_max = room
     x, y = pose[..., 0], pose[..., 1]
     pose[(x < x_min) | (x > x_max) | (y < y_min) | (y > y_max)] = np.nan
-    return np.asarray(pose / [run.length_scale, run.length_scale, 1.0])
+    return np.asarray(pose)
 
 
 def _shape(pose: np.ndarray) -> float:
@@ -98,26 +102,39 @@ def _shape(pose: np.ndarray) -> float:
 # The floor ------------------------------------------------------------------------------------------------------------
 
 
-def _draw_floor(axes: Axes, shown: list[_Shown], root: np.ndarray, longest: Recording) -> None:
-    """Draws paths and robots where they began and where they are; laws in turn thinner, so that none hides another."""
-    axes.plot(*root[:, 0, :2].T, color=ROOT, linewidth=2.6, zorder=1.8)
-    size = _DART * float(np.ptp(axes.get_xlim()))
-    _draw_dart(axes, root[-1, 0], 1.5 * size, facecolor=ROOT, edgecolor="white", zorder=4)
-    for start in (*root[0], *shown[0].path[0]):
-        _draw_dart(axes, start, size, facecolor="white", edgecolor="#666666", zorder=3)
-    widths, lengths = np.linspace(2.0, 1.0, len(shown)), np.linspace(1.15, 0.45, len(shown))
-    for place, each in enumerate(shown):
-        crowded = each.path.shape[1] > CROWD
-        line: dict[str, Any] = {"linewidth": 0.7, "alpha": 0.7} if crowded else {"linewidth": widths[place]}
+def _draw_lines(axes: Axes, shown: list[_Shown], root: np.ndarray) -> None:
+    """Draws paths, those of laws in turn thinner, so that none hides another."""
+    axes.plot(*root[:, 0, :2].T, color=ROOT, linewidth=1.8, zorder=1.8)
+    for width, each in zip(np.linspace(1.4, 0.8, len(shown)), shown, strict=True):
+        line: dict[str, Any] = {"linewidth": 0.4, "alpha": 0.7} if _is_crowded(each) else {"linewidth": width}
         axes.plot(*np.moveaxis(each.path[..., :2], -1, 0), color=each.colour, zorder=2.0, **line)
-        length = size * lengths[place] * (0.75 if crowded else 1.0)
-        for pose in _last(each.path):
-            _draw_dart(axes, pose, length, facecolor=each.colour, edgecolor="none", zorder=4.1 + 0.1 * place)
-    scale = longest.length_scale
-    unit = "" if scale == 1.0 else f" in the scenario's units; 1 m is {1000 * scale:.4g} mm on the floor"
-    panel_title(axes, "a", f"paths{unit}")
+    panel_title(axes, "a", "paths")
     axes.set_xlabel("$x$ [m]")
     axes.set_ylabel("$y$ [m]")
+
+
+def _draw_robots(axes: Axes, shown: list[_Shown], root: np.ndarray, footprint: Footprint | None) -> None:
+    """Draws robots where they began and where they are: to scale where that can be seen, as darts elsewhere."""
+    starts, ends = [*root[0], *shown[0].path[0]], [(root[-1, 0], ROOT)]
+    ends += [(pose, each.colour) for each in shown for pose in _last(each.path)]
+    if footprint is not None and is_seen(footprint, axes):
+        for pose in starts:
+            draw_footprint(axes, pose, footprint, "#666666", hollow=True, zorder=3)
+        for pose, colour in ends:
+            draw_footprint(axes, pose, footprint, colour, hollow=False, zorder=4)
+        return
+    size = _DART / points_per_metre(axes)
+    lengths = [1.5, *np.repeat(np.linspace(1.15, 0.45, len(shown)), shown[0].path.shape[1])]
+    small = 0.75 if _is_crowded(shown[0]) else 1.0
+    for pose in starts:
+        draw_dart(axes, pose, size, facecolor="white", edgecolor="#666666", linewidth=0.5, zorder=3)
+    for place, ((pose, colour), length) in enumerate(zip(ends, lengths, strict=True)):
+        edge: dict[str, Any] = {"edgecolor": "none" if place else "white", "linewidth": 0.5, "zorder": 4 + 1e-3 * place}
+        draw_dart(axes, pose, size * length * (small if place else 1.0), facecolor=colour, **edge)
+
+
+def _is_crowded(each: _Shown) -> bool:
+    return bool(each.path.shape[1] > CROWD)
 
 
 def _last(path: np.ndarray) -> np.ndarray:
@@ -126,29 +143,31 @@ def _last(path: np.ndarray) -> np.ndarray:
     return np.asarray(path[rows, np.arange(path.shape[1])])
 
 
-def _draw_dart(axes: Axes, pose: np.ndarray, length: float, **look: Any) -> None:
-    corners = se2.act(pose[None, :], length * DART)
-    if np.isfinite(corners).all():
-        axes.add_patch(Polygon(corners, closed=True, linewidth=0.7, **look))
-
-
 # Errors over time -----------------------------------------------------------------------------------------------------
 
 
-def _draw_errors(panels: list[Axes], shown: list[_Shown], count: int) -> None:
-    """Draws the worst position and heading error of each law's followers over time."""
+def _draw_errors(panels: list[Axes], shown: list[_Shown], count: int) -> list[list[np.ndarray]]:
+    """Draws the worst position and heading error of each law's followers over time; returns them, by panels."""
     whose = "" if count == 1 else f", worst of {count} followers"
     rows = (("b", "position error", "m", position_error), ("c", "heading error", "rad", heading_error))
+    drawn = []
     for axes, (letter, name, unit, error) in zip(panels, rows, strict=True):
         curves = [np.abs(error(each.run)[:, 1:]).max(axis=1) for each in shown]
         low, high = _limits([curve for each, curve in zip(shown, curves, strict=True) if _whole(each)] or curves)
         for each, curve in zip(shown, curves, strict=True):  # no axis can bear what a run that diverges leaves
             axes.plot(each.run.time, np.where(curve > 0, np.minimum(curve, 10 * high), np.nan), color=each.colour)
         axes.set_yscale("log")
+        axes.yaxis.set_major_locator(LogLocator(numticks=5))
         axes.yaxis.set_minor_formatter(NullFormatter())
         axes.set_ylim(low, high)
-        axes.set_ylabel(f"{name} [{unit}]")
+        axes.set_ylabel(f"{name.split()[0]} [{unit}]")
         panel_title(axes, letter, f"{name}{whose}")
+        drawn.append(curves)
+    return drawn
+
+
+def _name_errors(panels: list[Axes], shown: list[_Shown], drawn: list[list[np.ndarray]]) -> None:
+    for axes, curves in zip(panels, drawn, strict=True):
         ends = np.array([_end(each, curve) for each, curve in zip(shown, curves, strict=True)])
         name_ends(axes, [each.label + _ending(each) for each in shown], [each.colour for each in shown], ends)
 

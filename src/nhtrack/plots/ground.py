@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from typing import Any, TypeAlias
 
 import numpy as np
 from matplotlib.artist import Artist
@@ -11,6 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Circle, Rectangle
 
 from nhtrack.ground import Ground, Patch
+from nhtrack.plots.names import Path
 from nhtrack.plots.style import INK
 from nhtrack.recording import Recording
 from nhtrack.simulation.palette import GRIP, ICE
@@ -18,8 +18,7 @@ from nhtrack.simulation.palette import GRIP, ICE
 __all__ = ["draw_ground", "ground_of"]
 
 _LEAST_SEEN = 0.1  # share of a panel's sides that a patch must take up to be labelled
-
-Box: TypeAlias = tuple[tuple[float, float], tuple[float, float]]
+_POINTS = 201  # of the edge of a patch
 
 
 def ground_of(recording: Recording) -> Ground:
@@ -30,23 +29,24 @@ def ground_of(recording: Recording) -> Ground:
     return Ground(patches=patches, **plane)
 
 
-def draw_ground(axes: Axes, ground: Ground, length_scale: float) -> None:
-    """Draws patches with their friction, and an arrow uphill, below everything else.
+def draw_ground(axes: Axes, ground: Ground) -> dict[str, Path]:
+    """Draws patches, and an arrow uphill, below everything else.
 
     Args:
-        axes: with their limits set, in scenario units.
-        ground: in robot units.
-        length_scale: robot metres per scenario length unit.
+        axes: with their limits set, in robot metres.
+        ground: what there is to draw.
+
+    Returns:
+        What is to be written beside which patches, for `name_paths`: the outlines of those that can be seen well.
     """
+    named: dict[str, list[np.ndarray]] = {}
     for patch in ground.patches:
-        shape, box = _shape(patch, length_scale)
+        shape, outline = _shape(patch)
         colour = ICE if patch.friction < ground.friction else GRIP
         shape.set(facecolor=colour, edgecolor=INK, linewidth=0.5, alpha=0.45, zorder=0.8, clip_on=True)
         axes.add_artist(shape)
-        place = _label_place(box, axes)
-        if place is not None:
-            look: dict[str, Any] = {"ha": "center", "va": "center", "fontsize": 7, "color": INK, "zorder": 1.2}
-            axes.text(*place, f"friction\n{patch.friction:g}", **look)
+        if _is_seen(outline, axes):
+            named.setdefault(f"friction {patch.friction:g}", []).append(outline)
     if ground.slope:
         x, y = 0.07 * float(np.cos(ground.uphill)), 0.07 * float(np.sin(ground.uphill))
         axes.annotate(
@@ -54,28 +54,28 @@ def draw_ground(axes: Axes, ground: Ground, length_scale: float) -> None:
             arrowprops={"arrowstyle": "->", "color": INK, "linewidth": 0.9},
         )  # fmt: skip
         axes.annotate(
-            f"uphill, {np.degrees(ground.slope):.3g}°", (0.98, 0.80), xycoords="axes fraction", ha="right", fontsize=7,
-            color=INK,
+            f"uphill, {np.degrees(ground.slope):.3g}°", (0.98, 0.80), xycoords="axes fraction", ha="right",
+            fontsize=6.0, color=INK,
         )  # fmt: skip
+    return {text: Path(np.stack(outlines, axis=1), INK) for text, outlines in named.items()}
 
 
-def _shape(patch: Patch, length_scale: float) -> tuple[Artist, Box]:
-    """Returns the drawing of a patch and its sides (x_min, x_max), (y_min, y_max)."""
+def _shape(patch: Patch) -> tuple[Artist, np.ndarray]:
+    """Returns the drawing of a patch and points along its edge, shape (m, 2)."""
+    along = np.linspace(0.0, 1.0, _POINTS)
     if patch.disc is not None:
-        x, y, radius = (value / length_scale for value in patch.disc)
-        return Circle((x, y), radius), ((x - radius, x + radius), (y - radius, y + radius))
+        x, y, radius = patch.disc
+        angle = 2 * np.pi * along
+        return Circle((x, y), radius), np.array([x, y]) + radius * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
     assert patch.rectangle is not None
-    x_min, x_max, y_min, y_max = (value / length_scale for value in patch.rectangle)
-    return Rectangle((x_min, y_min), x_max - x_min, y_max - y_min), ((x_min, x_max), (y_min, y_max))
+    x_min, x_max, y_min, y_max = patch.rectangle
+    corners = np.array([[x_min, y_min], [x_max, y_min], [x_max, y_max], [x_min, y_max], [x_min, y_min]])
+    edge = np.stack([np.interp(4 * along, range(5), corners[:, side]) for side in (0, 1)], axis=-1)
+    return Rectangle((x_min, y_min), x_max - x_min, y_max - y_min), edge
 
 
-def _label_place(box: Box, axes: Axes) -> tuple[float, float] | None:
-    """Returns a place in the lower part of what is seen of a box, or None where too little of it is."""
-    low, high = (
-        [choose(side[end], limits[end]) for side, limits in zip(box, (axes.get_xlim(), axes.get_ylim()), strict=True)]
-        for choose, end in ((max, 0), (min, 1))
-    )
-    spans = float(np.ptp(axes.get_xlim())), float(np.ptp(axes.get_ylim()))
-    if any(top - bottom < _LEAST_SEEN * span for bottom, top, span in zip(low, high, spans, strict=True)):
-        return None
-    return (low[0] + high[0]) / 2, low[1] + 0.2 * (high[1] - low[1])
+def _is_seen(outline: np.ndarray, axes: Axes) -> bool:
+    """Returns whether so much of a patch is in a panel that it is worth a name."""
+    limits = np.array([axes.get_xlim(), axes.get_ylim()])
+    seen = np.minimum(outline.max(axis=0), limits[:, 1]) - np.maximum(outline.min(axis=0), limits[:, 0])
+    return bool((seen >= _LEAST_SEEN * np.ptp(limits, axis=1)).all())

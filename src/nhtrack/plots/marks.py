@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from typing import Any
 
+import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from matplotlib.transforms import ScaledTranslation
@@ -19,10 +20,11 @@ __all__ = ["covered", "mark_events"]
 # The edges of a shade and the dots at the ends of a bar let the shortest event be seen.
 _SHADE: dict[str, Any] = {"color": "#7A7A7A", "alpha": 0.14, "linewidth": 0.6, "zorder": 0.8}
 _INSTANT: dict[str, Any] = {"color": INK, "linewidth": 1.2, "zorder": 4}
-_BAR: dict[str, Any] = {"linewidth": 2.6, "marker": "o", "markersize": 2.6, "markeredgewidth": 0, "zorder": 4.5}
-_BAR_STEP = 4.0  # [pt] from one robot's bar to the next
-_NAME_STEP = 10.5  # [pt] from one name to the next
-_MARGIN = 3.0  # [pt] from the upper edge to the first of them
+_BAR: dict[str, Any] = {"linewidth": 1.8, "marker": "o", "markersize": 1.8, "markeredgewidth": 0, "zorder": 4.5}
+_BAR_STEP = 3.0  # [pt] from one robot's bar to the next
+_NAME_STEP = 7.5  # [pt] from one name to the next
+_MARGIN = 2.0  # [pt] from the upper edge to the first of them
+_MOST_ROOM = 0.6  # of a panel's height
 
 Span = tuple[float, float]
 
@@ -40,7 +42,7 @@ def mark_events(
 
     The shade is grey and covers the events of all robots. Bars along the upper edge, in the robots' colours, say whose
     they are; a crowd has none, and the name says of how many robots it is. Bars and names stand above the curves: where
-    there are any, the (linear) axis is made longer.
+    there are any, the axis is made longer.
 
     Args:
         axes: a panel over robot time.
@@ -116,15 +118,17 @@ def _write_name(axes: Axes, events: Sequence[Event], last: float, below: float, 
     axes.annotate(
         f"{events[0].kind}{count}", (start if early else end, 1.0), xycoords=("data", "axes fraction"),
         xytext=(3 if early else -3, -below), textcoords="offset points", ha="left" if early else "right", va="top",
-        fontsize=7.5, color=INK, zorder=5,
+        fontsize=6.0, color=INK, zorder=5,
     )  # fmt: skip
     return below + _NAME_STEP
 
 
 def _make_room(axes: Axes, points: float) -> None:
-    """Makes a linear axis longer at its upper end, so that the curves stay some points below the panel's upper edge."""
+    """Makes an axis longer at its upper end, so that the curves stay some points below the panel's upper edge."""
     figure = axes.get_figure(root=True)
     assert figure is not None
-    bottom, top = axes.get_ylim()
+    scale = axes.yaxis.get_transform()
+    bottom, top = scale.transform(np.array(axes.get_ylim()))
     height = axes.get_window_extent().height * 72 / figure.dpi  # as laid out so far, a little less than in the end
-    axes.set_ylim(top=bottom + (top - bottom) / (1 - points / height))
+    share = min(points / height, _MOST_ROOM)
+    axes.set_ylim(top=float(scale.inverted().transform(bottom + (top - bottom) / (1 - share))))

@@ -5,20 +5,25 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
+import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.patheffects import withStroke
 
+from nhtrack.plots.style import plain
+
 __all__ = ["Path", "name_ends", "name_paths", "spread"]
 
-_SIZE = 8.5  # [pt] of letters
 _WIDE, _HIGH = 0.62, 1.25  # width of a letter on average, and height of a line, over the size of letters
 _BESIDE = 5.0  # [pt] from a path to its name
-_STEP = 0.085  # of a panel's height, from one name beside it to the next
+# Where a name may be, seen from its path: to the right or left, above or below, near or a line or two further off.
+_SIDES = np.array([[x, y] for y in (1.0, -1.0, 3.0, -3.0) for x in (1.0, -1.0)])
+_APART = 30.0  # [pt] of distance that it is worth to be near
 _SPACING = 4.0  # [pt] between the points of a path that are looked at
 _TRIED = 240  # places tried for each name
 _FAR = 40.0  # [pt] from other paths: further is no better
-_HIT, _OVERLAP, _OUTSIDE = 4.0, 500.0, 1000.0  # [pt] of distance that it is worth to keep clear of a point, a name, ...
+# [pt] of distance that it is worth to keep clear of a point, of a name, and of the frame.
+_HIT, _OVERLAP, _OUTSIDE = 10.0, 1e5, 1e6
 
 
 class Path(NamedTuple):
@@ -33,19 +38,21 @@ class Path(NamedTuple):
     colour: str
 
 
-def name_paths(axes: Axes, paths: Mapping[str, Path]) -> None:
+def name_paths(axes: Axes, paths: Mapping[str, Path], nameless: Sequence[np.ndarray] = ()) -> None:
     """Writes each name beside one of its lines, where it is far from other lines and covers as little as may be.
 
     Args:
         axes: with limits and layout as they stay.
         paths: by their names.
+        nameless: more lines to keep off, each of shape (t, k, 2).
     """
     points = {name: _pixels(axes, path.points) for name, path in paths.items()}
-    everything = np.concatenate(list(points.values()))
+    more = np.concatenate([np.empty((0, 2)), *(_pixels(axes, lines) for lines in nameless)])
+    everything = np.concatenate([*points.values(), more])
     frame = axes.get_window_extent()
     taken: list[np.ndarray] = []
     for name, (_, colour) in paths.items():
-        others = np.concatenate([each for other, each in points.items() if other != name])
+        others = np.concatenate([*(each for other, each in points.items() if other != name), more])
         own = points[name][:: max(1, len(points[name]) // _TRIED)]
         if not len(own):
             continue
@@ -54,11 +61,11 @@ def name_paths(axes: Axes, paths: Mapping[str, Path]) -> None:
         score = score - _HIT * _dots(axes) * _inside(everything, boxes)
         score -= _OVERLAP * sum(_touches(boxes, other) for other in taken)
         beyond = (boxes[..., 0] < [frame.x0, frame.y0]) | (boxes[..., 1] > [frame.x1, frame.y1])
-        score -= _OUTSIDE * beyond.any(axis=-1)
+        score -= _OUTSIDE * beyond.any(axis=-1) + _APART * _dots(axes) * (np.abs(_SIDES[:, 1]) > 1.0)
         best = np.unravel_index(int(score.argmax()), score.shape)
         taken.append(boxes[best])
         x, y = map(float, axes.transData.inverted().transform(boxes[best].mean(axis=-1)))
-        text = axes.text(x, y, name, ha="center", va="center", fontsize=_SIZE, color=colour, zorder=6)
+        text = axes.text(x, y, plain(name), ha="center", va="center", fontsize=_size(), color=colour, zorder=6)
         text.set_path_effects([withStroke(linewidth=2.5, foreground="white")])
 
 
@@ -81,10 +88,9 @@ def _pixels(axes: Axes, points: np.ndarray) -> np.ndarray:
 
 
 def _boxes(places: np.ndarray, letters: int, axes: Axes) -> np.ndarray:
-    """Returns boxes of a name beside places (m, 2) on four sides, shape (m, 4, 2, 2): x and y, from and to [pixels]."""
-    size = np.array([_WIDE * letters, _HIGH]) * _SIZE * _dots(axes)
-    sides = np.array([[1, 1], [-1, 1], [1, -1], [-1, -1]])
-    middles = places[:, None] + sides * (size / 2 + _BESIDE * _dots(axes) * np.array([1.0, 0.4]))
+    """Returns boxes of a name beside places (m, 2), shape (m, sides, 2, 2): x and y, from and to [pixels]."""
+    size = np.array([_WIDE * letters, _HIGH]) * _size() * _dots(axes)
+    middles = places[:, None] + _SIDES * (size / 2 + _BESIDE * _dots(axes) * np.array([1.0, 0.4]))
     return np.stack([middles - size / 2, middles + size / 2], axis=-1)
 
 
@@ -93,30 +99,37 @@ def _squared_distances(one: np.ndarray, other: np.ndarray) -> np.ndarray:
 
 
 def _inside(points: np.ndarray, boxes: np.ndarray) -> np.ndarray:
-    """Returns how many points lie in each box, (p, 2) and (m, 4, 2, 2) -> (m, 4)."""
+    """Returns how many points lie in each box, (p, 2) and (m, sides, 2, 2) -> (m, sides)."""
     low, high = boxes[:, :, None, :, 0], boxes[:, :, None, :, 1]
     return np.asarray(((low < points) & (points < high)).all(axis=-1).sum(axis=-1))
 
 
 def _touches(boxes: np.ndarray, other: np.ndarray) -> np.ndarray:
-    """Returns which boxes (m, 4, 2, 2) overlap another one (2, 2), shape (m, 4)."""
+    """Returns which boxes (m, sides, 2, 2) overlap another one (2, 2), shape (m, sides)."""
     return np.asarray(((boxes[..., 0] < other[:, 1]) & (other[:, 0] < boxes[..., 1])).all(axis=-1))
 
 
 def name_ends(axes: Axes, names: Sequence[str], colours: Sequence[str], ends: np.ndarray) -> None:
-    """Writes names beside a panel with a logarithmic axis, as high as their curves end, but not upon each other.
+    """Writes names beside a panel, as high as their curves end, but not upon each other.
 
     Args:
-        axes: with its limits as they stay.
+        axes: with its limits and its layout as they stay.
         names: one for each curve.
         colours: of the names.
         ends: where the curves end; what is below or above the axis is named at its edge.
     """
-    low, high = np.log(axes.get_ylim())
-    starts = (np.clip(np.log(ends), low, high) - low) / (high - low)
-    for name, colour, start, place in zip(names, colours, starts, spread(starts, _STEP), strict=True):
+    drawn = axes.transData.transform(np.stack([np.full(len(ends), axes.get_xlim()[1]), ends], axis=-1))
+    starts = np.clip(axes.transAxes.inverted().transform(drawn)[:, 1], 0.0, 1.0)
+    size = _size()
+    step = _HIGH * size * _dots(axes) / axes.get_window_extent().height
+    for name, colour, start, place in zip(names, colours, starts, spread(starts, step), strict=True):
         axes.plot((1.003, 1.018), (start, place), lw=0.8, transform=axes.transAxes, clip_on=False, color=colour)
-        axes.text(1.022, place, name, va="center", fontsize=_SIZE, transform=axes.transAxes, color=colour)
+        axes.text(1.022, place, plain(name), va="center", fontsize=size, transform=axes.transAxes, color=colour)
+
+
+def _size() -> float:
+    """Returns the size of the letters of names in the style that holds [pt]."""
+    return float(mpl.rcParams["legend.fontsize"])
 
 
 def spread(places: np.ndarray, step: float) -> np.ndarray:

@@ -1,36 +1,42 @@
-"""Where the robots went: trajectories with oriented robots, as the paper draws them."""
+"""Where the robots went: trajectories with oriented robots, as the paper draws them.
+
+Lengths are metres on the floor and times seconds of the robots' clock, as in every other figure of a run: errors, slip
+and gaps are told in metres of what was driven, and a reader holds them against the paths. A scenario that is scaled
+from a paper's hundreds of metres says below what its metre and its second became; the figures of `nhtrack paper`, which
+are held against the printed ones, keep the paper's units.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
-from matplotlib.patches import Polygon
+from matplotlib.ticker import MaxNLocator
 
 from nhtrack import se2
+from nhtrack.plots.footprint import DART, Footprint, draw_dart, draw_footprint, footprint_of, is_seen, points_per_metre
 from nhtrack.plots.ground import draw_ground, ground_of
-from nhtrack.plots.style import CROWD, INK, panel_title, run_title, styled
+from nhtrack.plots.names import Path, name_paths
+from nhtrack.plots.style import COLUMN, CROWD, INK, column_styled, panel_title, run_title, write_note
 from nhtrack.recording import Recording
-from nhtrack.simulation.palette import ROOT, robot_colour
+from nhtrack.simulation.palette import robot_colour
 
-__all__ = ["draw_glyphs", "frame_panel", "trajectories"]
-
-# A robot: a dart of unit length about its axle midpoint, nose along +x.
-DART = np.array([[0.62, 0.0], [-0.38, 0.34], [-0.20, 0.0], [-0.38, -0.34]])
+__all__ = ["DART", "draw_glyphs", "frame_panel", "trajectories"]
 
 _GLYPH_SHARE = 0.055  # a robot's length as a share of the panel's larger side
+_DART = 8.0  # [pt] length of a robot that is too small to be drawn to scale
+_TWIN: dict[str, Any] = {"color": INK, "linewidth": 0.5, "dashes": (4, 5), "zorder": 2.5}
 
 
-@styled
+@column_styled
 def trajectories(recording: Recording, fractions: Sequence[float] = (0.15, 0.25, 0.5, 1.0)) -> Figure:
     """Returns the paths so far, with oriented robots, at fractions of the run.
 
-    Lengths are in the scenario's own units, robot metres over `recording.length_scale`. MuJoCo's path is
-    solid; the ideal twin's is dashed over it. Hollow robots mark where each began.
+    MuJoCo's path is solid; the ideal twin's is dashed over it. Hollow robots mark where each began. Robots are drawn to
+    scale in panels where they are large enough to be seen, and as darts of one size elsewhere.
 
     Args:
         recording: the run; an interrupted one is shown as far as it went.
@@ -38,50 +44,62 @@ def trajectories(recording: Recording, fractions: Sequence[float] = (0.15, 0.25,
     """
     columns = 1 if len(fractions) == 1 else 2
     rows = -(-len(fractions) // columns)
-    pose = recording["pose"].values.copy()
-    pose[..., :2] /= recording.length_scale
-    twin, shape, ground = _twin(recording), _shape(pose), ground_of(recording)
-    figure = Figure(figsize=(4.1 * columns, (3.5 * shape + 0.5) * rows + 0.8))
+    pose = recording["pose"].values
+    lasts = [_rows(recording, fraction) for fraction in fractions]
+    twin, shape, ground = _twin(recording), _shape([pose[:last] for last in lasts]), ground_of(recording)
+    footprint = footprint_of(recording)
+    margin = 0.0 if footprint is None else footprint.half_separation
+    figure = Figure(figsize=(COLUMN, ((COLUMN / columns - 0.35) * shape + 0.32) * rows + 0.35))
     panels = figure.subplots(rows, columns, squeeze=False)
-    for k, (axes, fraction) in enumerate(zip(panels.flat, fractions, strict=False)):
-        last = int(np.searchsorted(recording.time, fraction * recording.time[-1] + 1e-9, side="right"))
-        shown = slice(0, max(last, 1))
-        frame_panel(axes, pose[shown], shape)
-        draw_ground(axes, ground, recording.length_scale)
-        _draw_paths(axes, pose[shown], None if twin is None else twin[shown])
-        draw_glyphs(axes, pose[shown])
-        reached = recording.time[shown][-1] / recording.time_scale
-        panel_title(axes, "abcdefghijklmnop"[k % 16], f"$t$ = {reached:.4g} s  ({fraction:.0%} of the run)")
+    for k, (axes, fraction, last) in enumerate(zip(panels.flat, fractions, lasts, strict=False)):
+        frame_panel(axes, pose[:last], shape, margin)
+        patches = draw_ground(axes, ground)
+        _draw_paths(axes, pose[:last], None if twin is None else twin[:last])
+        panel_title(axes, "abcdefghijklmnop"[k % 16], f"$t$ = {recording.time[last - 1]:.4g} s  ({fraction:.0%})")
     for axes in panels.flat[len(fractions) :]:
         axes.remove()
-    for axes in panels[:, 0]:
-        axes.set_ylabel("$y$ [m]")
-    for axes in panels[-1]:
-        axes.set_xlabel("$x$ [m]")
+    _label_lengths(panels)
     run_title(figure, recording)
-    _legend(figure, recording, twin is not None and len(recording.robots) - 1 <= CROWD)
+    _write_notes(figure, recording, twin)
+    figure.draw_without_rendering()  # how large robots are, and where names stand, depends on the layout
+    for axes, last in zip(panels.flat, lasts, strict=False):
+        _draw_robots(axes, pose[:last], footprint)
+    _write_names(panels.flat[len(fractions) - 1], recording, patches)
     return figure
 
 
+def _rows(recording: Recording, fraction: float) -> int:
+    """Returns how many rows of a run lie within a fraction of its duration, one at least."""
+    last = np.searchsorted(recording.time, fraction * recording.time[-1] + 1e-9, side="right")
+    return max(int(last), 1)
+
+
 def _twin(recording: Recording) -> np.ndarray | None:
-    """Returns the ideal twin's poses in scenario units, or None where the run is its own twin."""
-    if recording.backend == "ideal" or "ideal_pose" not in recording.dataset:
+    """Returns the ideal twin's poses, or None where the run is its own twin or nobody could tell so many apart."""
+    crowded = len(recording.robots) - 1 > CROWD
+    if recording.backend == "ideal" or "ideal_pose" not in recording.dataset or crowded:
         return None
-    twin = recording["ideal_pose"].values.copy()
-    twin[..., :2] /= recording.length_scale
-    return twin
+    return np.asarray(recording["ideal_pose"].values)
 
 
-def _shape(pose: np.ndarray) -> float:
-    """Returns the panels' height over width: the whole run's, within what looks well."""
-    low, high = (bound(pose[..., :2], axis=(0, 1)) for bound in (np.nanmin, np.nanmax))
-    width, height = np.maximum(high - low, 1e-9)
-    return float(np.clip(height / width, 0.55, 1.15))
+def _shape(frames: Sequence[np.ndarray]) -> float:
+    """Returns the panels' height over width: the mean of what several paths would have, within what looks well."""
+    sizes = [np.nanmax(pose[..., :2], axis=(0, 1)) - np.nanmin(pose[..., :2], axis=(0, 1)) for pose in frames]
+    ratios = [np.log(max(height, 1e-9) / max(width, 1e-9)) for width, height in sizes]
+    return float(np.clip(np.exp(np.mean(np.clip(ratios, -2, 2))), 0.55, 1.15))
 
 
-def frame_panel(axes: Axes, pose: np.ndarray, shape: float) -> None:
-    """Sets equal axes around all positions, so that headings and curvature are seen undistorted."""
-    low, high = (bound(pose[..., :2], axis=(0, 1)) for bound in (np.nanmin, np.nanmax))
+def frame_panel(axes: Axes, pose: np.ndarray, shape: float, margin: float = 0.0) -> None:
+    """Sets equal axes around all positions, so that headings and curvature are seen undistorted.
+
+    Args:
+        axes: the panel.
+        pose: everything that is shown, shape (t, n, 3).
+        shape: height of the panel over its width.
+        margin: around the positions, in the axes' unit: half of a robot.
+    """
+    low = np.nanmin(pose[..., :2], axis=(0, 1)) - margin
+    high = np.nanmax(pose[..., :2], axis=(0, 1)) + margin
     width = max(float(high[0] - low[0]), float(high[1] - low[1]) / shape, 1e-6) * (1 + 3 * _GLYPH_SHARE)
     centre = (low + high) / 2
     axes.set_aspect("equal", adjustable="box")
@@ -90,51 +108,77 @@ def frame_panel(axes: Axes, pose: np.ndarray, shape: float) -> None:
     axes.locator_params(nbins=6)
 
 
+def _label_lengths(panels: np.ndarray) -> None:
+    for axes in panels.flat:
+        for axis in (axes.xaxis, axes.yaxis):
+            axis.set_major_locator(MaxNLocator(4, steps=[1, 2, 5, 10]))
+    for axes in panels[:, 0]:
+        axes.set_ylabel("$y$ [m]")
+    for axes in panels[-1]:
+        axes.set_xlabel("$x$ [m]")
+
+
 def _draw_paths(axes: Axes, pose: np.ndarray, twin: np.ndarray | None) -> None:
     crowded = pose.shape[1] - 1 > CROWD
     for place in reversed(range(pose.shape[1])):
-        path: dict[str, Any] = {"linewidth": 2.6, "zorder": 1.8} if place == 0 else {"linewidth": 1.4, "zorder": 2.0}
+        path: dict[str, Any] = {"linewidth": 1.8, "zorder": 1.8} if place == 0 else {"linewidth": 1.0, "zorder": 2.0}
         if crowded and place:
-            path |= {"linewidth": 0.7, "alpha": 0.6}
+            path |= {"linewidth": 0.4, "alpha": 0.6}
         axes.plot(*pose[:, place, :2].T, color=robot_colour(place), **path)
-        if twin is not None and place and not crowded:
-            axes.plot(*twin[:, place, :2].T, color=INK, linewidth=0.6, dashes=(5, 7), zorder=2.5)
+        if twin is not None and place:
+            axes.plot(*twin[:, place, :2].T, **_TWIN)
 
 
-def draw_glyphs(axes: Axes, pose: np.ndarray) -> None:
-    """Draws the robots where they began and where they are, each smaller than the last: none hides another."""
+def _draw_robots(axes: Axes, pose: np.ndarray, footprint: Footprint | None) -> None:
+    """Draws the robots where they began and where they are, to scale if that can be seen."""
+    if footprint is None or not is_seen(footprint, axes):
+        draw_glyphs(axes, pose, _DART / points_per_metre(axes))
+        return
+    for index, hollow, zorder in ((0, True, 3.0), (-1, False, 4.0)):
+        for place in range(pose.shape[1]):
+            draw_footprint(axes, pose[index, place], footprint, robot_colour(place), hollow=hollow, zorder=zorder)
+
+
+def draw_glyphs(axes: Axes, pose: np.ndarray, size: float | None = None) -> None:
+    """Draws the robots as darts where they began and where they are, each smaller than the last: none hides another.
+
+    Args:
+        axes: with its limits as they stay.
+        pose: shape (t, n, 3).
+        size: length of a dart in the axes' unit; a share of the panel by default.
+    """
     count = pose.shape[1]
-    size = _GLYPH_SHARE * float(np.ptp(axes.get_xlim())) * (0.75 if count - 1 > CROWD else 1.0)
-    lengths = size * np.concatenate([[1.3], np.linspace(0.95, 0.95 if count == 2 else 0.55, count - 1)])
-    for place, length in enumerate(lengths):
+    length = _GLYPH_SHARE * float(np.ptp(axes.get_xlim())) if size is None else size
+    length *= 0.75 if count - 1 > CROWD else 1.0
+    lengths = length * np.concatenate([[1.3], np.linspace(0.95, 0.95 if count == 2 else 0.55, count - 1)])
+    thin = 1.0 if size is None else 0.6
+    for place, each in enumerate(lengths):
         colour = robot_colour(place)
-        start: dict[str, Any] = {"facecolor": "white", "edgecolor": colour, "linewidth": 0.9, "zorder": 3}
-        now: dict[str, Any] = {"facecolor": colour, "edgecolor": "white", "linewidth": 0.6, "zorder": 4}
-        for index, properties in ((0, start), (-1, now)):
-            corners = se2.act(pose[index, place][None, :], length * DART)
-            if np.isfinite(corners).all():
-                axes.add_patch(Polygon(corners, closed=True, **properties))
+        start: dict[str, Any] = {"facecolor": "white", "edgecolor": colour, "linewidth": 0.9 * thin, "zorder": 3}
+        now: dict[str, Any] = {"facecolor": colour, "edgecolor": "white", "linewidth": 0.6 * thin, "zorder": 4}
+        for index, look in ((0, start), (-1, now)):
+            draw_dart(axes, pose[index, place], each, **look)
 
 
-def _legend(figure: Figure, recording: Recording, twin: bool) -> None:
-    dart: dict[str, Any] = {
-        "marker": ">",
-        "markersize": 6,
-        "markeredgecolor": "white",
-        "markeredgewidth": 0.4,
-    }
-    entries = [Line2D([], [], color=ROOT, label=recording.robots[0], **dart)]
-    followers = list(enumerate(recording.robots))[1:]
-    named = followers if len(followers) <= CROWD else []
-    entries += [Line2D([], [], color=robot_colour(place), label=name, **dart) for place, name in named]
-    if not named and followers:
-        entries.append(Line2D([], [], color=robot_colour(1), label=f"{len(followers)} followers", **dart))
-    if twin:
-        entries.append(Line2D([], [], color=INK, linewidth=0.6, dashes=(5, 7), label="ideal twin"))
-    start: dict[str, Any] = {"marker": ">", "markersize": 6, "linestyle": "none", "markerfacecolor": "white"}
-    entries.append(Line2D([], [], color="#666666", markeredgecolor="#666666", label="start", **start))
-    scale = recording.length_scale
-    title = None if scale == 1.0 else f"lengths in the scenario's units: 1 m is {1000 * scale:.4g} mm on the floor"
-    figure.legend(
-        handles=entries, loc="outside lower center", ncols=min(len(entries), 6), title=title, title_fontsize=8
-    )
+def _write_names(axes: Axes, recording: Recording, patches: Mapping[str, Path]) -> None:
+    """Writes the robots' names beside their paths, the root's alone in a crowd, and what patches are."""
+    pose = recording["pose"].values
+    shown, crowded = pose[..., :2], len(recording.robots) - 1 > CROWD
+    named = recording.robots[:1] if crowded else recording.robots
+    paths = {name: Path(shown[:, place : place + 1], robot_colour(place)) for place, name in enumerate(named)}
+    ends = np.concatenate([pose[0], pose[-1]])
+    outlines = se2.act(ends[None], _DART / points_per_metre(axes) * DART[:, None])
+    name_paths(axes, paths | dict(patches), [outlines, shown[:, 1:]] if crowded else [outlines])
+
+
+def _write_notes(figure: Figure, recording: Recording, twin: np.ndarray | None) -> None:
+    """Says what lines and robots mean."""
+    notes = ["Hollow: start."] + (["Dashed: ideal twin."] if twin is not None else [])
+    footprint = footprint_of(recording)
+    if footprint is not None:
+        notes.append(f"Darts are not to scale: wheels are {_length(2 * footprint.half_separation)} apart.")
+    write_note(figure, recording, *notes)
+
+
+def _length(metres: float) -> str:
+    return f"{metres:.3g} m" if metres >= 1.0 else f"{1e3 * metres:.3g} mm"

@@ -1,4 +1,7 @@
-"""How quantities went over time: errors, inputs and torques, slip and friction."""
+"""How quantities went over time: errors, inputs and torques, slip and friction, the gap to the ideal twin.
+
+All are in the robots' units: metres on the floor, seconds of the robots' clock.
+"""
 
 from __future__ import annotations
 
@@ -7,27 +10,16 @@ from typing import Any, get_args
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
-from matplotlib.ticker import NullFormatter
 
-from nhtrack import se2
 from nhtrack.events import Kind, find_events
+from nhtrack.metrics import heading_error, heading_gap, position_error, position_gap
 from nhtrack.plots.marks import mark_events
-from nhtrack.plots.style import (
-    INK,
-    draw_robots,
-    panel_title,
-    robot_legend,
-    run_title,
-    styled,
-    time_axes,
-)  # fmt: skip
+from nhtrack.plots.sheet import DASHED, LIMIT, Sheet, si_prefix
+from nhtrack.plots.style import CROWD, INK, column_styled
 from nhtrack.recording import Recording
 
-__all__ = ["errors", "inputs", "slip"]
+__all__ = ["errors", "gap", "inputs", "slip"]
 
-_DASHED: dict[str, Any] = {"linestyle": (0, (3, 1.5)), "linewidth": 1.1}
-_LIMIT: dict[str, Any] = {"color": INK, "linewidth": 0.8, "linestyle": (0, (6, 3)), "zorder": 2}
 # What concerns which panel of `slip`: a wheel that loses the floor shows in the loads, one that spins in the friction.
 _SLIP_EVENTS: tuple[tuple[Kind, ...], ...] = (
     ("slipping", "tipped"),
@@ -35,118 +27,121 @@ _SLIP_EVENTS: tuple[tuple[Kind, ...], ...] = (
     ("wheel off the floor", "leaning", "tipped"),
     ("stuck", "tipped"),
 )
-_DECADES = 6  # log axes show at most this many: below is rounding, not tracking
+# What a limit is stands at the panel's right.
+_LIMIT_TEXT: dict[str, Any] = {
+    "xycoords": "axes fraction", "textcoords": "offset points", "ha": "right", "fontsize": 6.0, "color": INK,
+}  # fmt: skip
+_AT_DATA: dict[str, Any] = {"xycoords": ("axes fraction", "data")}
+_NEAR = 0.4  # share of the limit that torques reach where the limit is drawn
+_SLIP_VARIABLES = ("lateral_slip", "longitudinal_slip", "wheel_load", "friction_utilisation")
 
 
-@styled
+@column_styled
 def errors(recording: Recording) -> Figure:
-    """Returns each follower's position and heading error and its gap to the ideal twin.
+    """Returns each follower's position and heading error, linear and logarithmic.
 
     Position error is the distance to the pose it was told to track [m]; heading error the angle to it, in
-    (-pi, pi] [rad]; the gap is between MuJoCo's pose and the ideal twin's at the same time, in the unit that suits it.
-    The followers' events are shaded.
+    (-pi, pi] [rad]. The followers' events are shaded.
     """
-    time, error = recording.time, recording["error"].values[:, 1:]
-    distance, heading = np.hypot(error[..., 0], error[..., 1]), _broken_at_antipode(error[..., 2])
-    gap = _gap(recording)
-    rows = 2 if gap is None else 3
-    figure = Figure(figsize=(8.4, 2.1 * rows + 1.0))
-    panels = figure.subplots(rows, 2, sharex=True, squeeze=False)
+    distance, heading = position_error(recording)[:, 1:], heading_error(recording)[:, 1:]
+    position_label, heading_label = "position [m]", "heading [rad]"
+    sheet = Sheet(
+        recording,
+        [
+            ("position error", position_label),
+            ("position error, logarithmic", position_label),
+            ("heading error", heading_label),
+            ("heading error, magnitude, logarithmic", heading_label),
+        ],
+    )
     places = range(1, len(recording.robots))
-    draw = _drawer(recording, places)
-    rowwise = [(distance, "position error [m]"), (heading, "heading error [rad]")]
-    if gap is not None:
-        factor, prefix = _prefix(gap)
-        rowwise.append((factor * gap, f"gap to ideal twin [{prefix}m]"))
-    for row, (values, label) in enumerate(rowwise):
-        draw(panels[row, 0], time, values)
-        draw(panels[row, 1], time, _positive(np.abs(values)))
-        panels[row, 1].set_yscale("log")
-        panels[row, 1].yaxis.set_minor_formatter(NullFormatter())
-        _clip_decades(panels[row, 1], np.abs(values))
-        for axes in panels[row]:
-            axes.set_ylabel(label)
-    panels[1, 0].axhline(0.0, color="#999999", linewidth=0.6, zorder=1)
-    panels[0, 0].set_ylim(bottom=0.0)
+    alone = len(places) <= CROWD
+    sheet.draw(0, distance, places, magnitude=True)
+    sheet.draw(1, _positive(distance), places, magnitude=True)
+    sheet.draw(2, _broken_at_antipode(heading) if alone else heading, places)
+    sheet.draw(3, _positive(np.abs(heading)), places, magnitude=True)
+    sheet.logarithmic(1)
+    sheet.logarithmic(3)
+    sheet.panels[0].set_ylim(bottom=0.0)
+    sheet.panels[2].axhline(0.0, color="#999999", linewidth=0.6, zorder=1)
     followers = [event for event in find_events(recording) if event.robot != recording.robots[0]]
-    for k, axes in enumerate(panels.flat):
-        mark_events(axes, recording, followers, get_args(Kind), bars=False, names=k == 0)
-    for k, title in enumerate(["linear", "logarithmic", "linear", "magnitude, logarithmic", "linear", "logarithmic"]):
-        if k < 2 * rows:
-            panel_title(panels.flat[k], "abcdef"[k], title)
-    return _finish(figure, panels, recording, root=False)
+    for row, axes in enumerate(sheet.panels):
+        mark_events(axes, recording, followers, get_args(Kind), bars=False, names=row == 0)
+    return sheet.finished()
 
 
-@styled
+@column_styled
+def gap(recording: Recording) -> Figure | None:
+    """Returns the distance [m] and the angle [rad] of every robot from its ideal twin at the same time, logarithmic.
+
+    The twin is the same scenario and the same sampled law on the ideal integrator. Units have the prefix that suits
+    them, and all events are shaded. None where the run is its own twin: there is nothing to tell.
+    """
+    if recording.backend == "ideal" or "ideal_pose" not in recording.dataset:
+        return None
+    values = position_gap(recording), np.abs(heading_gap(recording))
+    scales = [si_prefix(each) for each in values]
+    panels = [
+        ("distance from the ideal twin", f"position gap [{scales[0][1]}m]"),
+        ("angle from the ideal twin", f"heading gap [{scales[1][1]}rad]"),
+    ]
+    sheet, events = Sheet(recording, panels), find_events(recording)
+    for row, (each, (factor, _)) in enumerate(zip(values, scales, strict=True)):
+        sheet.draw(row, _positive(factor * each), range(len(recording.robots)), magnitude=True)
+        sheet.logarithmic(row)
+        mark_events(sheet.panels[row], recording, events, get_args(Kind), names=row == 0)
+    return sheet.finished()
+
+
+@column_styled
 def inputs(recording: Recording) -> Figure:
-    """Returns commanded accelerations u_x [m/s^2], u_theta [rad/s^2] and wheel torques [mN m] with their limit."""
-    time, u = recording.time, recording["input"].values
-    torque = recording.dataset.get("wheel_torque")
-    rows = 1 if torque is None else 2
-    figure = Figure(figsize=(8.4, 2.6 * rows + 1.0))
-    panels = figure.subplots(rows, 2, sharex=True, squeeze=False)
-    draw = _drawer(recording, range(len(recording.robots)))
-    for k, label in enumerate(["$u_x$ [m/s²]", r"$u_\theta$ [rad/s²]"]):
-        draw(panels[0, k], time, u[..., k], drawstyle="steps-post")
-        panels[0, k].set_ylabel(label)
-        panel_title(panels[0, k], "ab"[k], ["forward acceleration", "turning acceleration"][k])
-    for k in range(2 if torque is not None else 0):
-        draw(panels[1, k], time, 1e3 * recording["wheel_torque"].values[..., k])
-        panels[1, k].set_ylabel("torque [mN m]")
-        panel_title(panels[1, k], "cd"[k], f"{['left', 'right'][k]} wheel motor")
-        _torque_limit(panels[1, k], recording)
-    return _finish(figure, panels, recording)
+    """Returns commanded accelerations u_x [m/s^2], u_theta [rad/s^2] and wheel torques [N m] with their limit."""
+    u, places = recording["input"].values, range(len(recording.robots))
+    torque = recording["wheel_torque"].values if "wheel_torque" in recording.dataset else None
+    panels = [("forward acceleration", "$u_x$ [m/s²]"), ("turning acceleration", r"$u_\theta$ [rad/s²]")]
+    limit = float(recording.dataset.attrs.get("torque_limit", np.nan))
+    factor, prefix = si_prefix(np.array([limit]) if torque is None else torque)
+    if torque is not None:
+        panels += [(f"{side} wheel motor", f"torque [{prefix}N m]") for side in ("left", "right")]
+    sheet = Sheet(recording, panels)
+    for k in range(2):
+        sheet.draw(k, u[..., k], places, drawstyle="steps-post")
+        if torque is not None:
+            sheet.draw(2 + k, factor * torque[..., k], places)
+            _draw_torque_limit(sheet.panels[2 + k], factor * limit, f"{prefix}N m")
+    return sheet.finished()
 
 
-@styled
-def slip(recording: Recording) -> Figure:
-    """Returns lateral and longitudinal slip, wheel loads [N] and friction utilisation with its limit.
+@column_styled
+def slip(recording: Recording) -> Figure | None:
+    """Returns lateral and longitudinal slip [m/s], wheel loads [N] and friction utilisation with its limit.
 
     Of the two wheels the one that slips, or uses friction, more is shown. Events are shaded where they concern what a
-    panel shows. The ideal backend has no wheels on a floor: its figure says so.
+    panel shows. None for a run without wheels on a floor: the ideal backend's would be nothing but zeros.
     """
-    names = ("lateral_slip", "longitudinal_slip", "wheel_load", "friction_utilisation")
-    if not set(names) <= set(recording.dataset.data_vars):
-        return _no_wheels(recording)
-    time = recording.time
-    lateral, longitudinal, load, utilisation = (recording[name].values for name in names)
-    figure = Figure(figsize=(8.4, 6.2))
-    panels = figure.subplots(2, 2, sharex=True)
-    draw = _drawer(recording, range(len(recording.robots)))
-    units = []
-    for axes, values in zip(panels[0], (lateral, _of_largest_magnitude(longitudinal)), strict=True):
-        factor, prefix = _prefix(values)
-        draw(axes, time, factor * values)
-        units.append(f"{prefix}m/s")
-    draw(panels[1, 0], time, load[..., 0])
-    draw(panels[1, 0], time, load[..., 1], **_DASHED)
-    _draw_utilisation(panels[1, 1], recording, draw, utilisation.max(axis=-1))
-    ylabels = [
-        f"lateral slip [{units[0]}]",
-        f"longitudinal slip [{units[1]}]",
-        "wheel load [N]",
-        "friction utilisation [1]",
+    if not set(_SLIP_VARIABLES) <= set(recording.dataset.data_vars):
+        return None
+    lateral, longitudinal, load, utilisation = (recording[name].values for name in _SLIP_VARIABLES)
+    along, places = _of_largest_magnitude(longitudinal), range(len(recording.robots))
+    scales = si_prefix(lateral), si_prefix(along)
+    panels = [
+        ("sideways slip, axle midpoint", f"slip [{scales[0][1]}m/s]"),
+        ("slip along the rolling direction, worse wheel", f"slip [{scales[1][1]}m/s]"),
+        ("wheel load, left solid, right dashed", "load [N]"),
+        ("friction utilisation, worse wheel", "utilisation [1]"),
     ]
-    titles = [
-        "sideways, axle midpoint",
-        "rolling direction, worse wheel",
-        "left solid, right dashed",
-        "worse wheel",
-    ]
-    for k, axes in enumerate(panels.flat):
-        axes.set_ylabel(ylabels[k])
-        panel_title(axes, "abcd"[k], titles[k])
-    lightest, heaviest = float(np.nanmin(load)), float(np.nanmax(load))
-    if lightest < 0.7 * heaviest:  # a wheel nears lift-off: show how near
-        panels[1, 0].set_ylim(0.0, 1.08 * heaviest)
-    else:
-        panels[1, 0].set_ylim(0.85 * lightest, 1.15 * heaviest)
+    sheet = Sheet(recording, panels)
+    for row, (values, (factor, _)) in enumerate(zip((lateral, along), scales, strict=True)):
+        sheet.draw(row, factor * values, places)
+    sheet.draw(2, load[..., 0], places)
+    sheet.draw(2, load[..., 1], places, named=False, **DASHED)
+    _frame_loads(sheet.panels[2], load)
+    _draw_utilisation(sheet, recording, utilisation.max(axis=-1))
     events = find_events(recording)
-    for axes, kinds in zip(panels.flat, _SLIP_EVENTS, strict=True):
+    for axes, kinds in zip(sheet.panels, _SLIP_EVENTS, strict=True):
         mark_events(axes, recording, events, kinds)
-    predicted = Line2D([], [], color=INK, label="largest predicted", **_DASHED | {"linewidth": 0.7})
-    extra = [predicted] if "friction_utilisation_predicted" in recording.dataset else []
-    return _finish(figure, panels, recording, extra)
+    predicted = "friction_utilisation_predicted" in recording.dataset
+    return sheet.finished(*(["Dashed in (d): the largest that is predicted."] if predicted else []))
 
 
 def _broken_at_antipode(heading: np.ndarray) -> np.ndarray:
@@ -155,97 +150,46 @@ def _broken_at_antipode(heading: np.ndarray) -> np.ndarray:
     return np.where(jumps, np.nan, heading)
 
 
-def _drawer(recording: Recording, places: range) -> Any:
-    crowd = len(recording.robots) - 1
-
-    def draw(axes: Axes, time: np.ndarray, values: np.ndarray, **line: Any) -> None:
-        draw_robots(axes, time, values, places, crowd=crowd, **line)
-
-    return draw
-
-
-def _finish(
-    figure: Figure,
-    panels: np.ndarray,
-    recording: Recording,
-    extra: list[Line2D] | None = None,
-    *,
-    root: bool = True,
-) -> Figure:
-    time_axes(figure, panels, recording)
-    run_title(figure, recording)
-    robot_legend(figure, recording, extra or [], root=root)
-    figure.align_ylabels()
-    return figure
-
-
-def _gap(recording: Recording) -> np.ndarray | None:
-    """Returns the followers' distance to the ideal twin [m], shape (t, k); None where the run is its own."""
-    if recording.backend == "ideal" or "ideal_pose" not in recording.dataset:
-        return None
-    difference = se2.between(recording["ideal_pose"].values[:, 1:], recording["pose"].values[:, 1:])
-    return np.asarray(np.hypot(difference[..., 0], difference[..., 1]))
-
-
-def _prefix(values: np.ndarray) -> tuple[float, str]:
-    """Returns the factor and the SI prefix with which the largest value reads as 1 to 1000."""
-    finite = np.abs(values[np.isfinite(values)])
-    largest = float(finite.max()) if finite.size else 0.0
-    for factor, prefix in ((1.0, ""), (1e3, "m"), (1e6, "µ")):
-        if factor * largest >= 1.0 or largest == 0.0:
-            return factor, prefix
-    return 1e9, "n"
-
-
 def _positive(values: np.ndarray) -> np.ndarray:
     """Returns values with zeros as gaps, which a logarithm has no place for."""
     return np.where(values > 0, values, np.nan)
 
 
-def _clip_decades(axes: Axes, values: np.ndarray) -> None:
-    finite = values[np.isfinite(values) & (values > 0)]
-    if finite.size == 0:
+def _draw_torque_limit(axes: Axes, limit: float, unit: str) -> None:
+    """Draws the limit on either side, if there is one; where torques are far below it, says where it is."""
+    if not np.isfinite(limit):
         return
-    top = float(finite.max())
-    bottom = np.clip(float(np.quantile(finite, 0.005)), top / 10**_DECADES, top / 10)
-    axes.set_ylim(10 ** np.floor(np.log10(bottom)), 10 ** np.ceil(np.log10(1.05 * top)))
-
-
-def _torque_limit(axes: Axes, recording: Recording) -> None:
-    limit = recording.dataset.attrs.get("torque_limit")
-    if limit is None:
+    largest = float(np.abs(axes.get_ylim()).max())
+    if largest < _NEAR * limit:
+        axes.annotate(f"motor limit: {limit:.3g} {unit}", (1.0, 1.0), xytext=(-2, -1), va="top", **_LIMIT_TEXT)
         return
     for sign in (-1.0, 1.0):
-        axes.axhline(sign * 1e3 * float(limit), **_LIMIT)
-    axes.annotate(
-        "motor limit", (1.0, 1e3 * float(limit)), xycoords=("axes fraction", "data"), xytext=(-2, 2),
-        textcoords="offset points", ha="right", va="bottom", fontsize=7.5, color=INK,
-    )  # fmt: skip
+        axes.axhline(sign * limit, **LIMIT)
+    axes.set_ylim(-1.35 * limit, 1.35 * limit)
+    axes.annotate("motor limit", (1.0, limit), xytext=(-2, 1.5), va="bottom", **_LIMIT_TEXT | _AT_DATA)
 
 
-def _draw_utilisation(axes: Axes, recording: Recording, draw: Any, measured: np.ndarray) -> None:
-    draw(axes, recording.time, measured)
+def _draw_utilisation(sheet: Sheet, recording: Recording, measured: np.ndarray) -> None:
+    axes = sheet.panels[3]
+    sheet.draw(3, measured, range(len(recording.robots)), magnitude=True)
     if "friction_utilisation_predicted" in recording.dataset:
-        predicted = recording["friction_utilisation_predicted"].values.max(axis=-1)
-        axes.plot(recording.time, predicted.max(axis=1), color=INK, **_DASHED | {"linewidth": 0.7, "zorder": 4})
-    axes.axhline(1.0, **_LIMIT)
-    axes.annotate(
-        "wheels break away", (1.0, 1.0), xycoords=("axes fraction", "data"), xytext=(-2, 2),
-        textcoords="offset points", ha="right", va="bottom", fontsize=7.5, color=INK,
-    )  # fmt: skip
-    axes.set_ylim(0.0, 1.15)
+        predicted = np.fmax.reduce(recording["friction_utilisation_predicted"].values, axis=(1, 2))
+        axes.plot(recording.time, predicted, color=INK, **DASHED, linewidth=0.6, zorder=4)
+    axes.axhline(1.0, **LIMIT)
+    axes.annotate("wheels break away", (1.0, 1.0), xytext=(-2, 1.5), va="bottom", **_LIMIT_TEXT | _AT_DATA)
+    axes.set_ylim(0.0, 1.3)
+
+
+def _frame_loads(axes: Axes, load: np.ndarray) -> None:
+    """Sets the axis of loads: from zero where a wheel nears lift-off, to show how near."""
+    lightest, heaviest = float(np.nanmin(load)), float(np.nanmax(load))
+    if lightest < 0.7 * heaviest:
+        axes.set_ylim(0.0, 1.08 * heaviest)
+    else:
+        axes.set_ylim(0.85 * lightest, 1.15 * heaviest)
 
 
 def _of_largest_magnitude(values: np.ndarray) -> np.ndarray:
     """Returns, of two wheels, the value of larger magnitude with its sign, shape (..., 2) -> (...)."""
     left, right = values[..., 0], values[..., 1]
     return np.where(np.abs(left) >= np.abs(right), left, right)
-
-
-def _no_wheels(recording: Recording) -> Figure:
-    figure = Figure(figsize=(8.4, 2.0))
-    axes = figure.subplots()
-    axes.set_axis_off()
-    axes.text(0.5, 0.5, "Ideal integrator: no wheels, no slip, no friction", ha="center", va="center", color=INK)
-    run_title(figure, recording)
-    return figure

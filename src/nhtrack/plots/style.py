@@ -1,5 +1,9 @@
 """The house style of the figures, and the pieces every figure is drawn with.
 
+Figures of a run are one journal column wide and their letters are of the size they have in print, so that they go into
+a paper as they are. Names stand beside curves, not in legends, and what else there is to say in a note below. A figure
+has no title, which a paper says in its caption, unless its run did not complete; the file's metadata name the run.
+
 Figures are made without pyplot: nothing registers a window, and the style holds only while a figure is being
 drawn.
 """
@@ -7,33 +11,34 @@ drawn.
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable, Sequence
+import textwrap
+from collections.abc import Callable
 from typing import Any, ParamSpec, TypeVar
 
 import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
-from matplotlib.patches import Patch
-from matplotlib.ticker import MaxNLocator
 
 from nhtrack.recording import Recording
-from nhtrack.simulation.palette import ROOT, robot_colour
 
 __all__ = [
+    "BAND_COLOUR",
+    "COLUMN",
     "CROWD",
     "INK",
-    "draw_robots",
+    "column_styled",
     "panel_title",
-    "robot_legend",
+    "plain",
     "run_title",
     "styled",
     "time_axes",
+    "write_note",
 ]
 
 CROWD = 7  # more followers than this are drawn as a band: single curves could no longer be told apart
 BAND_COLOUR = "#0072B2"
+COLUMN = 3.5  # [in] width of a column of a journal
 INK = "#1A1A1A"
 
 STYLE: Any = {
@@ -70,58 +75,66 @@ STYLE: Any = {
     "path.simplify_threshold": 0.5,
 }
 
+# Letters of 6 to 7 points are the smallest that journals accept.
+COLUMN_STYLE: Any = STYLE | {
+    "font.size": 7.0,
+    "axes.titlesize": 7.0,
+    "axes.titlepad": 3.0,
+    "axes.labelsize": 7.0,
+    "axes.labelpad": 2.0,
+    "axes.linewidth": 0.6,
+    "grid.linewidth": 0.4,
+    "xtick.labelsize": 6.5,
+    "ytick.labelsize": 6.5,
+    "xtick.major.size": 2.5,
+    "ytick.major.size": 2.5,
+    "xtick.minor.size": 1.5,
+    "ytick.minor.size": 1.5,
+    "xtick.major.width": 0.6,
+    "ytick.major.width": 0.6,
+    "xtick.major.pad": 2.0,
+    "ytick.major.pad": 2.0,
+    "lines.linewidth": 1.0,
+    "legend.fontsize": 6.5,
+    "figure.constrained_layout.h_pad": 0.03,
+    "figure.constrained_layout.w_pad": 0.02,
+    "path.simplify_threshold": 0.1,
+}
+
+_NOTE = 6.0  # [pt] of letters of a note
+_NOTE_LETTERS = 22.0  # of a note in an inch
+_TITLE = 7.5  # [pt] of letters of a title
+_TITLE_LETTERS = 15.0  # of a title in an inch
+
 P = ParamSpec("P")
 R = TypeVar("R")
 
 
+def _within(style: Any) -> Callable[[Callable[P, R]], Callable[P, R]]:
+    def decorate(function: Callable[P, R]) -> Callable[P, R]:
+        @functools.wraps(function)
+        def inside(*args: P.args, **kwargs: P.kwargs) -> R:
+            with mpl.rc_context(style):
+                return function(*args, **kwargs)
+
+        return inside
+
+    return decorate
+
+
 def styled(function: Callable[P, R]) -> Callable[P, R]:
     """Returns `function` run in the house style, which ends with the call."""
-
-    @functools.wraps(function)
-    def inside(*args: P.args, **kwargs: P.kwargs) -> R:
-        with mpl.rc_context(STYLE):
-            return function(*args, **kwargs)
-
-    return inside
+    return _within(STYLE)(function)
 
 
-def draw_robots(
-    axes: Axes, time: np.ndarray, values: np.ndarray, places: Sequence[int], *, crowd: int, **line: Any
-) -> None:
-    """Draws one curve a robot in its colour; a crowd of followers as its range and its median.
-
-    Args:
-        axes: where to draw.
-        time: times [s], shape (t,).
-        values: shape (t, k), one column a robot; NaN leaves a gap.
-        places: the k robots' places in the recording, 0 the root.
-        crowd: how many followers the recording has.
-        **line: properties of the curves.
-    """
-    alone = [column for column, place in enumerate(places) if crowd <= CROWD or place == 0]
-    together = [column for column, place in enumerate(places) if crowd > CROWD and place != 0]
-    if together:
-        band = values[:, together]
-        axes.fill_between(time, band.min(axis=1), band.max(axis=1), color=BAND_COLOUR, alpha=0.22, linewidth=0)
-        axes.plot(time, np.median(band, axis=1), color=BAND_COLOUR, zorder=3, **line)
-    for column in alone:
-        place = places[column]
-        axes.plot(time, values[:, column], color=robot_colour(place), zorder=3.5 if place == 0 else 3, **line)
+def column_styled(function: Callable[P, R]) -> Callable[P, R]:
+    """Returns `function` run in the house style of figures one column wide, which ends with the call."""
+    return _within(COLUMN_STYLE)(function)
 
 
-def robot_legend(figure: Figure, recording: Recording, extra: Sequence[Line2D] = (), *, root: bool = True) -> None:
-    """Writes the robots' names in their colours, and `extra` handles, in one row below the figure."""
-    entries: list[Any] = []
-    if root:
-        entries.append(Line2D([], [], color=ROOT, label=recording.robots[0]))
-    followers = list(enumerate(recording.robots))[1:]
-    if len(followers) <= CROWD:
-        entries += [Line2D([], [], color=robot_colour(place), label=name) for place, name in followers]
-    else:
-        entries.append(Line2D([], [], color=BAND_COLOUR, label=f"median of {len(followers)} followers"))
-        entries.append(Patch(color=BAND_COLOUR, alpha=0.22, linewidth=0, label="their range"))
-    entries += list(extra)
-    figure.legend(handles=entries, loc="outside lower center", ncols=min(len(entries), 6), handlelength=1.8)
+def plain(text: str) -> str:
+    """Returns a name as letters, whatever is in it: a dollar would begin a formula."""
+    return text.replace("$", r"\$")
 
 
 def panel_title(axes: Axes, letter: str, text: str) -> None:
@@ -129,26 +142,42 @@ def panel_title(axes: Axes, letter: str, text: str) -> None:
     axes.set_title(f"({letter}) {text}", color=INK)
 
 
-def time_axes(figure: Figure, panels: np.ndarray, recording: Recording) -> None:
-    """Labels a grid's time axes: robot seconds below, the scenario's above where they differ."""
-    scale = recording.time_scale
+def time_axes(panels: np.ndarray, recording: Recording) -> None:
+    """Labels a grid's time axes, in seconds of the robots' clock."""
     last = float(recording.time[-1]) if recording.time.size else 1.0
     for axes in panels[-1]:
-        axes.set_xlabel("time [s]" if scale == 1.0 else "robot time [s]")
+        axes.set_xlabel("time [s]" if recording.time_scale == 1.0 else "robot time [s]")
     for axes in panels.ravel():
         axes.set_xlim(0.0, max(last, 1e-9))
         axes.margins(x=0)
-    if scale != 1.0:
-        for axes in panels[0]:
-            top = axes.secondary_xaxis("top", functions=(lambda t: t / scale, lambda t: t * scale))
-            top.xaxis.set_major_locator(MaxNLocator(5))
-            top.set_xlabel("scenario time [s]", color="#777777", fontsize=8.0)
-            top.tick_params(colors="#777777", labelsize=7.5)
-            top.spines["top"].set_visible(True)
-            top.spines["top"].set_color("#BBBBBB")
 
 
-def run_title(figure: Figure, recording: Recording) -> None:
-    """Says in the figure's title which run this is, and why it ended if it did not complete."""
-    ended = "" if recording.outcome == "completed" else f"  ({recording.outcome})"
-    figure.suptitle(f"{recording.name}{ended}", x=0.01, ha="left", fontsize=11.0, fontweight="bold", color=INK)
+def run_title(figure: Figure, recording: Recording) -> float:
+    """Says above a figure one column wide why its run ended, if it did not complete.
+
+    Returns:
+        The height that this takes up [in].
+    """
+    if recording.outcome == "completed":
+        return 0.0
+    lines = textwrap.wrap(f"{recording.name}: {recording.outcome}", int(_TITLE_LETTERS * COLUMN))
+    text = plain("\n".join(lines))
+    figure.suptitle(text, x=0.01, ha="left", fontsize=_TITLE, fontweight="bold", color=INK)
+    return 0.08 + 1.2 * _TITLE / 72 * len(lines)
+
+
+def write_note(figure: Figure, recording: Recording, *sentences: str) -> None:
+    """Writes sentences below a figure, and what a metre and a second of the scenario are where they are others."""
+    length, time = recording.length_scale, recording.time_scale
+    units = [f"1 m is {_metres(length)}"] if length != 1.0 else []
+    units += [f"1 s is {time:.4g} s"] if time != 1.0 else []
+    scale = [f"The scenario's {' and its '.join(units)} here."] if units else []
+    said = [*sentences, *scale]
+    if said:
+        text = textwrap.fill(" ".join(said), int(_NOTE_LETTERS * figure.get_figwidth()))
+        figure.supxlabel(text, x=0.01, ha="left", fontsize=_NOTE, color="#444444")
+
+
+def _metres(length: float) -> str:
+    """Returns a length [m] in words."""
+    return f"{1e3 * length:.4g} mm" if length < 1.0 else f"{length:.4g} m"

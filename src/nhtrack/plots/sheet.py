@@ -1,0 +1,156 @@
+"""Panels over time, one below the other: a curve a robot, with its name at its end.
+
+More than `CROWD` followers are drawn as their median and their extremes, of every instant: the worst where magnitudes
+are shown, the highest and the lowest where signs are.
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter
+
+from nhtrack.plots.names import name_ends
+from nhtrack.plots.style import BAND_COLOUR, COLUMN, CROWD, INK, panel_title, run_title, time_axes, write_note
+from nhtrack.recording import Recording
+from nhtrack.simulation.palette import robot_colour
+
+__all__ = ["DASHED", "LIMIT", "Sheet", "si_prefix"]
+
+DASHED: dict[str, Any] = {"linestyle": (0, (3, 1.5))}
+LIMIT: dict[str, Any] = {"color": INK, "linewidth": 0.7, "linestyle": (0, (6, 3)), "zorder": 2}
+
+_PANEL = 1.05  # [in] height of a panel with its title
+_REST = 0.42  # [in] of a figure's height for its time axis and its note
+_DECADES = 6  # log axes show at most this many: below is rounding, not tracking
+_EXTREME: dict[str, Any] = {"linewidth": 0.6}
+
+
+class _End(NamedTuple):
+    """A name at the end of a curve."""
+
+    name: str
+    colour: str
+    value: float
+
+
+class Sheet:
+    """A figure of panels over a run's time, being drawn.
+
+    Attributes:
+        figure: the figure.
+        panels: one a row, from above.
+    """
+
+    def __init__(self, recording: Recording, panels: Sequence[tuple[str, str]]) -> None:
+        """Begins a figure.
+
+        Args:
+            recording: the run.
+            panels: title and label of the axis, with its unit, of every panel.
+        """
+        self.figure = Figure(figsize=(COLUMN, _PANEL * len(panels) + _REST))
+        self.panels: list[Axes] = list(self.figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0])
+        self._recording = recording
+        self._ends: list[list[_End]] = [[] for _ in panels]
+        for k, (axes, (title, label)) in enumerate(zip(self.panels, panels, strict=True)):
+            panel_title(axes, "abcdefgh"[k], title)
+            axes.set_ylabel(label)
+            axes.yaxis.set_major_locator(MaxNLocator(4, steps=[1, 2, 2.5, 5, 10]))
+
+    def draw(
+        self,
+        row: int,
+        values: np.ndarray,
+        places: Sequence[int],
+        *,
+        named: bool = True,
+        magnitude: bool = False,
+        **line: Any,
+    ) -> None:
+        """Draws a curve a robot in its colour, or a crowd's followers as their median and their extremes.
+
+        Args:
+            row: of the panel.
+            values: shape (t, k), one column a robot; NaN leaves a gap, and a robot of which nothing is known out.
+            places: the k robots' places in the recording, 0 the root.
+            named: whether names stand at the curves' ends.
+            magnitude: whether zero is best, so that a crowd has a worst rather than a highest and a lowest.
+            **line: properties of the curves.
+        """
+        robots = self._recording.robots
+        crowded = len(robots) - 1 > CROWD
+        together = [column for column, place in enumerate(places) if crowded and place != 0]
+        ends = self._draw_crowd(row, values[:, together], magnitude, **line) if together else []
+        for column, place in enumerate(places):
+            known = values[np.isfinite(values[:, column]), column]
+            if column in together or not known.size:
+                continue
+            colour, over = robot_colour(place), 3.5 if place == 0 else 3.0
+            self.panels[row].plot(self._recording.time, values[:, column], color=colour, zorder=over, **line)
+            ends.append(_End(robots[place], colour, float(known[-1])))
+        if named:
+            self._ends[row] += ends
+
+    def _draw_crowd(self, row: int, band: np.ndarray, magnitude: bool, **line: Any) -> list[_End]:
+        axes, time = self.panels[row], self._recording.time
+        low, high = np.fmin.reduce(band, axis=1), np.fmax.reduce(band, axis=1)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", RuntimeWarning)  # before the first period nothing is known of any
+            median = np.nanmedian(band, axis=1)
+        axes.fill_between(time, median if magnitude else low, high, color=BAND_COLOUR, alpha=0.18, linewidth=0)
+        axes.plot(time, median, color=BAND_COLOUR, zorder=3, **line)
+        extremes = [("worst", high)] if magnitude else [("highest", high), ("lowest", low)]
+        curves = [("median", median), *extremes]
+        for _, curve in curves[1:]:
+            axes.plot(time, curve, color=BAND_COLOUR, zorder=2.5, **line | _EXTREME)
+        finite = [(name, curve[np.isfinite(curve)]) for name, curve in curves]
+        return [_End(name, BAND_COLOUR, float(curve[-1])) for name, curve in finite if curve.size]
+
+    def name(self, row: int, name: str, value: float, colour: str = INK) -> None:
+        """Writes a name beside a panel, as high as a value of its axis."""
+        self._ends[row].append(_End(name, colour, value))
+
+    def logarithmic(self, row: int) -> None:
+        """Makes a panel's axis logarithmic, over the whole decades of its curves but what is next to nothing."""
+        axes = self.panels[row]
+        axes.set_yscale("log")
+        axes.yaxis.set_minor_formatter(NullFormatter())
+        curves = [np.asarray(line.get_ydata(), dtype=float) for line in axes.lines]
+        drawn = np.concatenate([np.empty(0), *curves])
+        known = drawn[np.isfinite(drawn) & (drawn > 0)]
+        if known.size:
+            top = float(known.max())
+            bottom = np.clip(float(np.quantile(known, 0.005)), top / 10**_DECADES, top / 10)
+            axes.set_ylim(10 ** np.floor(np.log10(bottom)), 10 ** np.ceil(np.log10(1.05 * top)))
+        axes.yaxis.set_major_locator(LogLocator(numticks=5))
+
+    def finished(self, *notes: str) -> Figure:
+        """Returns the figure with its time axis, its names and a note of sentences below."""
+        time_axes(np.array(self.panels)[:, None], self._recording)
+        run_title(self.figure, self._recording)
+        followers = len(self._recording.robots) - 1
+        crowd = [f"Of the {followers} followers: median and extremes at every instant."] if followers > CROWD else []
+        write_note(self.figure, self._recording, *notes, *crowd)
+        self.figure.align_ylabels()
+        self.figure.draw_without_rendering()  # names need to know how high the panels are
+        for axes, ends in zip(self.panels, self._ends, strict=True):
+            if ends:
+                names, colours, values = zip(*ends, strict=True)
+                name_ends(axes, names, colours, np.array(values))
+        return self.figure
+
+
+def si_prefix(values: np.ndarray) -> tuple[float, str]:
+    """Returns the factor and the SI prefix with which the largest value reads as 1 to 1000."""
+    finite = np.abs(values[np.isfinite(values)])
+    largest = float(finite.max()) if finite.size else 0.0
+    for factor, prefix in ((1.0, ""), (1e3, "m"), (1e6, "µ")):
+        if factor * largest >= 1.0 or largest == 0.0:
+            return factor, prefix
+    return 1e9, "n"
