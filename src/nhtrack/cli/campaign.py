@@ -29,10 +29,11 @@ def campaign(
     ] = None,
     processes: Annotated[int | None, typer.Option(min=1, help="How many at once; by default one a core.")] = None,
     no_figures: Annotated[bool, typer.Option("--no-figures", help="Draw no figures.")] = False,
+    no_report: Annotated[bool, typer.Option("--no-report", help="Write no report.")] = False,
 ) -> None:
     """Try laws against references from many random starts; stopped, the same command goes on."""
     from nhtrack.scenario.load import load_campaign
-    from nhtrack.study.campaign.run import run_campaign
+    from nhtrack.study.campaign.run import run_campaign, write_report
 
     loaded = load_campaign(file, list(changes or []))
     folder = out or Path("runs") / f"campaign-{loaded.name}"
@@ -47,6 +48,8 @@ def campaign(
         from nhtrack.plots.campaign import save_campaign_figures
 
         written += save_campaign_figures(results.runs, results.cells, folder / "figures")
+    if not no_report:
+        written.append(write_report(results, folder))
     for path in written:
         typer.echo(f"wrote {path}")
 

@@ -31,3 +31,8 @@ def listed(names: list[str], most: int = 5) -> str:
     if len(names) > most:
         names = [*names[: most - 1], f"{len(names) - most + 1} others"]
     return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
+
+
+def grouped(number: int) -> str:
+    """Returns a whole number, in groups of three digits from ten thousand on."""
+    return f"{number:,}".replace(",", "\N{NO-BREAK SPACE}") if number >= 10_000 else str(number)

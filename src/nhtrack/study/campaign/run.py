@@ -19,6 +19,7 @@ from nhtrack.errors import NhtrackError
 from nhtrack.rollout import Progress, periods
 from nhtrack.scenario.build import Experiment
 from nhtrack.scenario.campaign import Campaign
+from nhtrack.scenario.documentation import json_schema
 from nhtrack.scenario.edit import scenario_text
 from nhtrack.scenario.schema import Similarity
 from nhtrack.simulation.kinematics import Kinematics
@@ -111,6 +112,22 @@ def run_campaign(
     table = cells_of(runs, gains, backend=campaign.backend, **limits)
     files = (save_runs(runs, folder / "runs.parquet"), save_cells(table, folder / "cells.csv"))
     return Results(campaign, runs, table, _worst(cells, runs, folder / "worst"), files)
+
+
+def write_report(results: Results, folder: Path) -> Path:
+    """Writes the report of a campaign into its folder.
+
+    Args:
+        results: of `run_campaign`.
+        folder: that it was run into.
+    """
+    from nhtrack.report.pages.campaign import Account, write
+
+    versions_then = json.loads((folder / "campaign.json").read_text())["versions"]
+    worst = {label: path.relative_to(folder).as_posix() for label, path in results.worst.items()}
+    tree = results.campaign.model_dump(mode="json")
+    account = Account(tree, versions_then, worst, json_schema(Campaign))
+    return write(results.runs, results.cells, account, folder / "report.html")
 
 
 def run_part(part: Part) -> None:
