@@ -31,12 +31,23 @@ def test_files_are_whole_and_nothing_else_is_left(tmp_path, followers, changes):
             assert content.rstrip().endswith(b"%%EOF")
 
 
-def test_same_run_gives_the_same_files(tmp_path, monkeypatch):
-    monkeypatch.setattr(plots, "FIGURES", {"inputs": plots.inputs})
-    recording = synthetic_recording(1, samples=51)
-    first = [path.read_bytes() for path in plots.save_figures(recording, tmp_path / "a")]
-    second = [path.read_bytes() for path in plots.save_figures(recording, tmp_path / "b")]
+def test_same_run_gives_the_same_files(tmp_path):
+    first = [path.read_bytes() for path in plots.save_figures(synthetic_recording(2, samples=51), tmp_path / "a")]
+    second = [path.read_bytes() for path in plots.save_figures(synthetic_recording(2, samples=51), tmp_path / "b")]
+    assert len(first) == 2 * len(plots.FIGURES)
     assert first == second
+
+
+@pytest.mark.parametrize("followers", [2, 15])
+def test_pdfs_are_drawings_with_letters_and_say_whose_they_are(tmp_path, followers):
+    """No pixels; letters as TrueType, which can be searched and edited; no date."""
+    for path in plots.save_figures(synthetic_recording(followers, samples=51), tmp_path)[1::2]:
+        content = path.read_bytes()
+        assert b"/Subtype /Image" not in content
+        assert b"/Type3" not in content
+        assert b"/FontFile2" in content
+        assert b"CreationDate" not in content
+        assert f"/Title (example1: {path.stem})".encode() in content
 
 
 def test_failure_leaves_no_file(tmp_path, monkeypatch):

@@ -129,7 +129,7 @@ def test_robots_are_to_scale_where_they_can_be_seen():
     recording["pose"].values[..., :2] *= 50
     (axes,) = plots.trajectories(recording, (1.0,)).axes
     assert len(axes.patches) == 2 * 2
-    assert "wheels are 86 mm apart" in note(axes.figure)
+    assert "wheels 86 mm apart" in note(axes.figure)
 
 
 def test_darts_are_of_one_size_in_all_panels():

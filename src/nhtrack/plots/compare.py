@@ -11,7 +11,16 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter
 
 from nhtrack.metrics import heading_error, position_error
-from nhtrack.plots.footprint import Footprint, draw_dart, draw_footprint, footprint_of, is_seen, points_per_metre
+from nhtrack.plots.footprint import (
+    Footprint,
+    dart_outlines,
+    draw_dart,
+    draw_footprint,
+    footprint_of,
+    is_seen,
+    points_per_metre,
+    scale_note,
+)
 from nhtrack.plots.ground import draw_ground, ground_of
 from nhtrack.plots.names import Path, name_ends, name_paths
 from nhtrack.plots.paths import frame_panel
@@ -73,14 +82,18 @@ def overlay(runs: Mapping[str, Recording], room: Room) -> Figure:
     _draw_lines(floor, shown, root)
     time_axes(np.array(panels)[:, None], longest)
     curves = _draw_errors(panels, shown, len(longest.robots) - 1)
-    write_note(figure, longest, "Hollow: start.")
+    footprint = footprint_of(longest)
+    write_note(figure, longest, "Hollow: start.", *([scale_note(footprint)] if footprint is not None else []))
+    panels[0].tick_params(labelbottom=False)
     figure.align_ylabels(panels)
     figure.draw_without_rendering()  # the size of robots, and where names stand, depends on the layout
-    _draw_robots(floor, shown, root, footprint_of(longest))
+    _draw_robots(floor, shown, root, footprint)
     _name_errors(panels, shown, curves)
     figure.draw_without_rendering()  # those names have moved the panels
     paths = {longest.robots[0]: Path(root[..., :2], ROOT)}
-    name_paths(floor, paths | {each.label: Path(each.path[..., :2], each.colour) for each in shown} | patches)
+    paths |= {each.label: Path(each.path[..., :2], each.colour) for each in shown}
+    robots = np.concatenate([root[0], shown[0].path[0], *(_last(each.path) for each in shown)])
+    name_paths(floor, paths | patches, [dart_outlines(floor, robots, _DART)])
     return figure
 
 

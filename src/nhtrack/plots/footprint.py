@@ -12,7 +12,17 @@ from nhtrack import se2
 from nhtrack.plots.style import INK
 from nhtrack.recording import Recording
 
-__all__ = ["DART", "Footprint", "draw_dart", "draw_footprint", "footprint_of", "is_seen", "points_per_metre"]
+__all__ = [
+    "DART",
+    "Footprint",
+    "dart_outlines",
+    "draw_dart",
+    "draw_footprint",
+    "footprint_of",
+    "is_seen",
+    "points_per_metre",
+    "scale_note",
+]
 
 # A robot: a dart of unit length about its axle midpoint, nose along +x.
 DART = np.array([[0.62, 0.0], [-0.38, 0.34], [-0.20, 0.0], [-0.38, -0.34]])
@@ -84,8 +94,20 @@ def draw_footprint(
         axes.add_patch(Polygon(se2.act(pose[None, :], wheel), closed=True, linewidth=0.4, zorder=zorder + 0.05, **tyre))
 
 
+def dart_outlines(axes: Axes, poses: np.ndarray, points: float) -> np.ndarray:
+    """Returns the corners of darts of a length in points [pt] at poses (k, 3) in a panel, shape (4, k, 2)."""
+    return np.asarray(se2.act(poses[None], points / points_per_metre(axes) * DART[:, None]))
+
+
 def draw_dart(axes: Axes, pose: np.ndarray, length: float, **look: Any) -> None:
     """Draws a robot as a dart of a length in the axes' unit; a pose (3,) that is not finite is not drawn."""
     corners = se2.act(pose[None, :], length * DART)
     if np.isfinite(corners).all():
         axes.add_patch(Polygon(corners, closed=True, **look))
+
+
+def scale_note(footprint: Footprint) -> str:
+    """Returns a sentence for the note below a figure that draws robots as darts: how large they are."""
+    apart = 2 * footprint.half_separation
+    length = f"{apart:.3g} m" if apart >= 1.0 else f"{1e3 * apart:.3g} mm"
+    return f"Darts not to scale: wheels {length} apart."

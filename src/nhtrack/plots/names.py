@@ -19,6 +19,7 @@ _BESIDE = 5.0  # [pt] from a path to its name
 # Where a name may be, seen from its path: to the right or left, above or below, near or a line or two further off.
 _SIDES = np.array([[x, y] for y in (1.0, -1.0, 3.0, -3.0) for x in (1.0, -1.0)])
 _APART = 30.0  # [pt] of distance that it is worth to be near
+_AIR = 1.5  # [pt] between a name and lines
 _SPACING = 4.0  # [pt] between the points of a path that are looked at
 _TRIED = 240  # places tried for each name
 _FAR = 40.0  # [pt] from other paths: further is no better
@@ -58,7 +59,7 @@ def name_paths(axes: Axes, paths: Mapping[str, Path], nameless: Sequence[np.ndar
             continue
         boxes = _boxes(own, len(name), axes)
         score = np.minimum(np.sqrt(_squared_distances(own, others).min(axis=1)), _FAR * _dots(axes))[:, None]
-        score = score - _HIT * _dots(axes) * _inside(everything, boxes)
+        score = score - _HIT * _dots(axes) * _inside(everything, boxes, _AIR * _dots(axes))
         score -= _OVERLAP * sum(_touches(boxes, other) for other in taken)
         beyond = (boxes[..., 0] < [frame.x0, frame.y0]) | (boxes[..., 1] > [frame.x1, frame.y1])
         score -= _OUTSIDE * beyond.any(axis=-1) + _APART * _dots(axes) * (np.abs(_SIDES[:, 1]) > 1.0)
@@ -98,9 +99,9 @@ def _squared_distances(one: np.ndarray, other: np.ndarray) -> np.ndarray:
     return np.asarray(((one[:, None] - other[None]) ** 2).sum(axis=-1))
 
 
-def _inside(points: np.ndarray, boxes: np.ndarray) -> np.ndarray:
-    """Returns how many points lie in each box, (p, 2) and (m, sides, 2, 2) -> (m, sides)."""
-    low, high = boxes[:, :, None, :, 0], boxes[:, :, None, :, 1]
+def _inside(points: np.ndarray, boxes: np.ndarray, margin: float) -> np.ndarray:
+    """Returns how many points (p, 2) lie in boxes (m, sides, 2, 2) or less than a margin beside, shape (m, sides)."""
+    low, high = boxes[:, :, None, :, 0] - margin, boxes[:, :, None, :, 1] + margin
     return np.asarray(((low < points) & (points < high)).all(axis=-1).sum(axis=-1))
 
 

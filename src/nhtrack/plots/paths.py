@@ -16,8 +16,17 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from nhtrack import se2
-from nhtrack.plots.footprint import DART, Footprint, draw_dart, draw_footprint, footprint_of, is_seen, points_per_metre
+from nhtrack.plots.footprint import (
+    DART,
+    Footprint,
+    dart_outlines,
+    draw_dart,
+    draw_footprint,
+    footprint_of,
+    is_seen,
+    points_per_metre,
+    scale_note,
+)
 from nhtrack.plots.ground import draw_ground, ground_of
 from nhtrack.plots.names import Path, name_paths
 from nhtrack.plots.style import COLUMN, CROWD, INK, column_styled, panel_title, run_title, write_note
@@ -166,8 +175,7 @@ def _write_names(axes: Axes, recording: Recording, patches: Mapping[str, Path]) 
     shown, crowded = pose[..., :2], len(recording.robots) - 1 > CROWD
     named = recording.robots[:1] if crowded else recording.robots
     paths = {name: Path(shown[:, place : place + 1], robot_colour(place)) for place, name in enumerate(named)}
-    ends = np.concatenate([pose[0], pose[-1]])
-    outlines = se2.act(ends[None], _DART / points_per_metre(axes) * DART[:, None])
+    outlines = dart_outlines(axes, np.concatenate([pose[0], pose[-1]]), _DART)
     name_paths(axes, paths | dict(patches), [outlines, shown[:, 1:]] if crowded else [outlines])
 
 
@@ -176,9 +184,5 @@ def _write_notes(figure: Figure, recording: Recording, twin: np.ndarray | None) 
     notes = ["Hollow: start."] + (["Dashed: ideal twin."] if twin is not None else [])
     footprint = footprint_of(recording)
     if footprint is not None:
-        notes.append(f"Darts are not to scale: wheels are {_length(2 * footprint.half_separation)} apart.")
+        notes.append(scale_note(footprint))
     write_note(figure, recording, *notes)
-
-
-def _length(metres: float) -> str:
-    return f"{metres:.3g} m" if metres >= 1.0 else f"{1e3 * metres:.3g} mm"
