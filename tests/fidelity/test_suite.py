@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 from typer.testing import CliRunner
@@ -14,6 +15,11 @@ from nhtrack.errors import SimulationDiverged
 from nhtrack.simulation.scene import Scene
 from nhtrack.study.fidelity import suite
 from nhtrack.study.fidelity.bench import Bench, Finding
+
+
+@pytest.fixture(autouse=True)
+def _in_a_folder_of_its_own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
 
 
 def broken(findings: list[Finding]) -> list[str]:
@@ -54,6 +60,9 @@ def test_json_has_a_row_for_every_finding() -> None:
         assert {"robot", "check", "value", "unit", "budget", "ok", "cause"} <= row.keys()
         assert row["ok"]
         assert 0 <= row["value"] <= row["budget"]
+        assert row["group"] == "Reduced model against MuJoCo's dynamics"
+    assert json.loads(Path("runs/fidelity-1/findings.json").read_text()) == rows
+    assert "wrote runs/fidelity-1/report.html" in result.stderr
 
 
 def test_the_table_says_how_many_budgets_are_kept() -> None:
@@ -61,6 +70,19 @@ def test_the_table_says_how_many_budgets_are_kept() -> None:
     assert result.exit_code == 0
     assert "wheel loads against statics" in result.stdout
     assert "1 of 1 budgets kept" in result.stdout
+    page = Path("runs/fidelity-1/report.html").read_text(encoding="utf-8")
+    assert "nhtrack fidelity --robot burger --check load_shares" in page
+    assert result.stdout.endswith("wrote runs/fidelity-1/findings.json\nwrote runs/fidelity-1/report.html\n")
+
+
+def test_nothing_is_written_where_that_is_asked_for_or_refused() -> None:
+    Path("precious").write_text("")
+    measured = ["fidelity", "--robot", "burger", "--check", "load_shares"]
+    result = CliRunner().invoke(app, [*measured, "--out", "."])
+    assert result.exit_code == 1
+    assert "--force" in result.stderr
+    assert CliRunner().invoke(app, [*measured, "--no-report"]).exit_code == 0
+    assert [path.name for path in Path().iterdir()] == ["precious"]
 
 
 @pytest.mark.parametrize(

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -24,23 +26,31 @@ def fidelity(
     checks: Annotated[list[str] | None, typer.Option("--check", help="One check by name; repeatable.")] = None,
     quick: Annotated[bool, typer.Option("--quick", help="Only what takes a few seconds.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print the findings as JSON.")] = False,
+    out: Annotated[Path | None, typer.Option(help="Results folder; by default a fresh runs/fidelity-<n>/.")] = None,
+    no_report: Annotated[bool, typer.Option("--no-report", help="Write nothing: neither report nor table.")] = False,
+    force: Annotated[bool, typer.Option("--force", help="Write into a results folder that exists.")] = False,
 ) -> None:
     """Measure robots against mechanics and the ideal model; exit 1 where a budget is broken and nothing explains it."""
     from nhtrack.errors import did_you_mean
     from nhtrack.simulation.scene import load_robot
-    from nhtrack.study.fidelity.suite import CHECKS, QUICK, run, tasks
+    from nhtrack.study.fidelity.suite import CHECKS, QUICK, run, save, tasks
+    from nhtrack.study.folder import claimed_folder
 
     for name in checks or ():
         if name not in CHECKS:
             raise typer.BadParameter(f"no check {name!r}; {did_you_mean(name, CHECKS)}", param_hint="--check")
     for robot in robots or ():
         load_robot(robot)  # a misspelt one is told before anything is measured
-    with progress_bars() as stage:
-        findings = run(tasks(robots, checks or (QUICK if quick else None)), stage("fidelity"))
+    wanted = tasks(robots, checks or (QUICK if quick else None))
+    claimed = contextlib.nullcontext() if no_report else claimed_folder("fidelity", out, force)
+    with claimed as folder, progress_bars() as stage:
+        findings = run(wanted, stage("fidelity"))
     if as_json:
         typer.echo(json.dumps([finding.row for finding in findings], indent=2, allow_nan=False))
     else:
         _print(findings, Console())
+    for file in save(findings, wanted, folder) if folder is not None else ():
+        typer.echo(f"wrote {file}", err=as_json)  # JSON is told alone
     if not all(finding.ok or finding.explained for finding in findings):
         raise typer.Exit(EXIT_ERROR)
 

@@ -68,6 +68,7 @@ class Finding:
         cause: what the figure is made of.
         sense: whether it may be `at most` or must be `at least` the budget.
         explained: whether docs/fidelity.md says why the budget is not kept.
+        group: what it is told together with.
     """
 
     robot: str
@@ -78,6 +79,7 @@ class Finding:
     cause: str
     sense: Literal["at most", "at least"] = "at most"
     explained: bool = False
+    group: str = ""
 
     @property
     def ok(self) -> bool:

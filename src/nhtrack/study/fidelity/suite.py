@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterable, Iterator
+import shlex
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
+from dataclasses import replace
 from multiprocessing import get_context
+from pathlib import Path
 from typing import NamedTuple, TypeAlias
 
 from nhtrack import assets
@@ -13,6 +16,8 @@ from nhtrack.errors import SimulationDiverged
 from nhtrack.rollout import Progress
 from nhtrack.study.fidelity import closed_loop, conservation, friction, model, open_loop, slip
 from nhtrack.study.fidelity.bench import Bench, Finding
+from nhtrack.study.folder import save_json
+from nhtrack.study.run import versions
 
 Check: TypeAlias = Callable[[Bench], Iterator[Finding]]
 
@@ -36,6 +41,14 @@ CHECKS: dict[str, Check] = {
         conservation.determinism,
         closed_loop.closed_loop,
     )
+}
+GROUPS = {
+    model: "Reduced model against MuJoCo's dynamics",
+    open_loop: "Open loop: a drive without a law against an independent integrator",
+    slip: "Slip and creep of tyres",
+    friction: "Limits of friction",
+    conservation: "Conservation, symmetry, repeatability",
+    closed_loop: "Closed loop: the paper's examples against their ideal twins",
 }
 QUICK = ("reduced_model", "accelerations", "load_shares", "turning_slip", "creep", "friction_limits")
 _LONGEST_FIRST = ("closed_loop", "open_loop")  # so that no process ends long after the others
@@ -62,9 +75,16 @@ def measure(task: Task) -> tuple[Finding, ...]:
     """
     bench = Bench(task.robot)
     try:
-        return tuple(CHECKS[task.check](bench))
+        found = tuple(CHECKS[task.check](bench))
     except SimulationDiverged as error:
-        return (bench.find(task.check.replace("_", " "), float("inf"), "1", 0.0, f"diverged: {error}"),)
+        found = (bench.find(task.check.replace("_", " "), float("inf"), "1", 0.0, f"diverged: {error}"),)
+    return tuple(replace(finding, group=_group_of(task.check)) for finding in found)
+
+
+def _group_of(check: str) -> str:
+    """Returns what the findings of a check are told together with: that of the module it is in."""
+    names = {module.__name__: group for module, group in GROUPS.items()}
+    return names.get(CHECKS[check].__module__, "")
 
 
 def run(wanted: list[Task], progress: Progress | None = None, processes: int | None = None) -> list[Finding]:
@@ -85,3 +105,20 @@ def run(wanted: list[Task], progress: Progress | None = None, processes: int | N
             if progress is not None:
                 progress(done, len(wanted))
     return [finding for task in wanted for finding in found[task]]
+
+
+def save(findings: Sequence[Finding], wanted: Sequence[Task], folder: Path) -> list[Path]:
+    """Writes the findings of tasks into a folder, as `findings.json` and as a report, and returns the files."""
+    from nhtrack.report.pages.fidelity import write
+
+    rows = [finding.row for finding in findings]
+    table = save_json(folder / "findings.json", rows)
+    return [table, write(rows, command(wanted), versions(), folder / "report.html")]
+
+
+def command(wanted: Sequence[Task]) -> str:
+    """Returns the command that measures tasks."""
+    robots, checks = (list(dict.fromkeys(names)) for names in zip(*wanted, strict=True))
+    words = [word for robot in robots for word in ("--robot", robot)]
+    words += [] if checks == list(CHECKS) else [word for check in checks for word in ("--check", check)]
+    return shlex.join(["nhtrack", "fidelity", *words])
