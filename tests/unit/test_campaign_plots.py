@@ -352,3 +352,12 @@ def test_a_failure_leaves_no_file(tmp_path, monkeypatch):
     with pytest.raises(OSError, match="disk full"):
         save_campaign_figures(starts, campaign_cells(starts), tmp_path)
     assert list(tmp_path.iterdir()) == []
+
+
+def test_dollars_in_labels_are_letters():
+    """A formula of nonsense could not be drawn."""
+    law = "$\\nonsense{$"
+    starts = campaign_starts((law,))
+    cells = campaign_cells(starts)
+    for figure in (share_map(cells), settling(starts), late_errors(starts, cells), start_map(starts, law)):
+        figure.draw_without_rendering()

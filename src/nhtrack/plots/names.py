@@ -52,7 +52,8 @@ def name_paths(axes: Axes, paths: Mapping[str, Path], nameless: Sequence[np.ndar
     everything = np.concatenate([*points.values(), more])
     frame = axes.get_window_extent()
     taken: list[np.ndarray] = []
-    for name, (_, colour) in paths.items():
+    for name in sorted(paths, key=len, reverse=True):  # the longest have the fewest places where they fit
+        colour = paths[name].colour
         others = np.concatenate([*(each for other, each in points.items() if other != name), more])
         own = points[name][:: max(1, len(points[name]) // _TRIED)]
         if not len(own):

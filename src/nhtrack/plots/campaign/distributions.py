@@ -14,7 +14,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import LogLocator
 
 from nhtrack.plots.campaign.pieces import LONE, QUIET, grid, legend, letter, line, name_outer, names, title
-from nhtrack.plots.style import panel_title, styled
+from nhtrack.plots.style import panel_title, plain, styled
 from nhtrack.simulation.palette import FOLLOWERS, ROOT
 
 _CURVE_POINTS = 500  # of a distribution; more could not be seen
@@ -46,10 +46,11 @@ def settling(starts: pd.DataFrame) -> Figure:
         if times.isna().all():
             axes.set_xticks([])
         axes.set_yticks([0, 25, 50, 75, 100])
-        panel_title(axes, letter(k), family)
+        panel_title(axes, letter(k), plain(family))
     name_outer(panels, "time [s]", "settled [%]")
     title(figure, "Starts that have settled by a time")
-    legend(figure, [Line2D([], [], label=law, **line(place)) for place, law in enumerate(laws)], handlelength=2.6)
+    curves = [Line2D([], [], label=plain(law), **line(place)) for place, law in enumerate(laws)]
+    legend(figure, curves, handlelength=2.6)
     return figure
 
 
@@ -93,10 +94,10 @@ def late_errors(starts: pd.DataFrame, cells: pd.DataFrame) -> Figure:
                     _draw_spread(axes, errors, row + offset, colour, marker)
         axes.set_xscale("log")
         axes.set_ylim(len(families) - 0.5, -0.5)
-        axes.set_yticks(np.arange(len(families)), families)
+        axes.set_yticks(np.arange(len(families)), [plain(family) for family in families])
         axes.tick_params(axis="y", length=0)
         axes.grid(visible=False, axis="y")
-        panel_title(axes, letter(k), law)
+        panel_title(axes, letter(k), plain(law))
     _share_decades(panels)
     name_outer(panels, "largest late error [m], [rad]", "")
     title(figure, "What is left at the end")

@@ -13,7 +13,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from nhtrack.plots.campaign.pieces import QUIET, SHADES, grouped, names, title
-from nhtrack.plots.style import INK, styled
+from nhtrack.plots.style import INK, plain, styled
 
 _DARK = 0.595  # share of which white and black letters are equally readable
 _BLANK = "#ECECEC"  # a cell that was not measured
@@ -59,7 +59,7 @@ def share_map(cells: pd.DataFrame) -> Figure:
     axes.pcolormesh(np.ma.masked_invalid(shares), cmap=SHADES, vmin=0, vmax=1)
     for row, column in np.argwhere(np.isnan(shares)):
         axes.text(column + 0.5, row + 0.5, "not run", ha="center", va="center", fontsize=7.5, color=QUIET)
-    _frame_matrix(axes, labels, families)
+    _frame_matrix(axes, [plain(label) for label in labels], [plain(family) for family in families])
     title(figure, "Starts that converge [%]")
     figure.supxlabel(caption, x=0.01, ha="left", fontsize=7.5, color=QUIET)
     return figure

@@ -21,7 +21,7 @@ from matplotlib.ticker import MaxNLocator
 from nhtrack import se2
 from nhtrack.plots.campaign.pieces import LONE, QUIET, SHADES, grid, grouped, legend, letter, name_outer, names, title
 from nhtrack.plots.paths import DART
-from nhtrack.plots.style import INK, panel_title, styled
+from nhtrack.plots.style import INK, panel_title, plain, styled
 from nhtrack.simulation.palette import ROOT
 
 _TIMES = LinearSegmentedColormap.from_list("time", SHADES(np.linspace(0.22, 1.0, 64)))  # its light end on white
@@ -64,12 +64,12 @@ def start_map(starts: pd.DataFrame, law: str, worst: Mapping[str, int] | None = 
         axes.add_collection(leader)
         if worst is not None and family in worst:
             _ring(axes, own[own["start"] == worst[family]])
-        panel_title(axes, letter(k), f"{family}\n")
+        panel_title(axes, letter(k), f"{plain(family)}\n")
         _write_count(axes, own)
     name_outer(panels, "$x$ [m]", "$y$ [m]")
     if scale is not None:
         _time_bar(figure, panels, scale, runs.loc[runs["converged"], "settling_time"])
-    title(figure, f"{law}: starts and settling times")
+    title(figure, f"{plain(law)}: starts and settling times")
     _start_legend(figure, runs, scale, ringed=bool(worst))
     return figure
 
