@@ -47,11 +47,12 @@ def test_a_figure_uses_a_share_of_its_budget(value: float, budget: float, sense:
 def test_every_finding_has_a_row_under_its_group() -> None:
     page = page_of(finding(), finding(2.0, 1.6, sense="at least", check="order", unit="1", group="Steps"))
     assert page.texts["h3"] == ["Rest", "Steps"]
-    assert page.rows[1] == ["drift at rest", "nh_mini", "2e-10 m/s", "≤ 1e-09 m/s", "20 %", "kept", "rounding"]
-    assert page.rows[3] == ["order", "nh_mini", "2", "≥ 1.6", "80 %", "kept", "rounding"]
+    assert page.rows[1] == ["drift at restrounding", "nh_mini", "2e-10 m/s", "≤ 1e-09 m/s", "20 %", "kept"]
+    assert page.rows[3] == ["orderrounding", "nh_mini", "2", "≥ 1.6", "80 %", "kept"]
 
 
 def test_what_is_not_finite_is_broken_beyond_all_bounds() -> None:
+    assert page_of(finding(1e-6)).rows[1][4:] == ["1e+03 times", "broken"]
     page = page_of(finding(math.inf, cause="diverged: tipped over"))
     assert page.rows[1][2:6] == ["-", "≤ 1e-09 m/s", "beyond", "broken"]
 
@@ -75,7 +76,7 @@ def test_budgets_kept_and_broken_are_told() -> None:
 def test_names_stay_text() -> None:
     page = page_of(finding(robot=HOSTILE, check=HOSTILE, cause=HOSTILE, group=HOSTILE))
     assert [tag for tag, _ in page.found].count("script") == 2  # numbers and the page's own
-    assert page.rows[1][:2] == [HOSTILE] * 2
+    assert page.rows[1][:2] == [HOSTILE + HOSTILE, HOSTILE]
 
 
 def test_the_command_measures_the_same() -> None:

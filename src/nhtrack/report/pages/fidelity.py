@@ -117,8 +117,14 @@ def _row(row: Row) -> dict[str, Any]:
         "check": row["check"],
         "measured": "-" if row["value"] is None else _figure(row["value"], row),
         "budget": f"{'≤' if row['sense'] == 'at most' else '≥'} {_figure(row['budget'], row)}",
-        "used": "beyond" if part is None else share(part),
+        "used": _share(part),
         "bar": 1.0 if part is None else min(max(part, 0.0), 1.0),
         "verdict": verdict,
         "cause": row["cause"],
     }
+
+
+def _share(part: float | None) -> str:
+    if part is None:
+        return "beyond"
+    return share(part) if part < 10 else f"{part:.3g} times"
