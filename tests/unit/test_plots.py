@@ -245,6 +245,17 @@ def test_ideal_backend_has_neither_slip_nor_gap():
     assert len(plots.inputs(recording).axes) == 2
 
 
+def test_ideal_backend_shows_the_friction_it_would_ask_for():
+    """Its recordings have slips of zero, and as utilisation what the reduced model predicts."""
+    recording = synthetic_recording(2, samples=51)
+    recording.dataset.attrs["backend"] = "ideal"
+    load, utilisation = plots.slip(recording).axes
+    assert [axes.get_ylabel() for axes in (load, utilisation)] == ["load [N]", "utilisation [1]"]
+    (curve,) = drawn(utilisation, FOLLOWERS[0])
+    assert curve[:, 1] == pytest.approx(recording["friction_utilisation"].values[:, 1].max(axis=-1))
+    assert "predicted" in utilisation.get_title("left")
+
+
 def test_crowd_is_drawn_as_its_median_and_its_worst():
     recording = synthetic_recording(15, samples=51)
     figure = plots.errors(recording)

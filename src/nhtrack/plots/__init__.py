@@ -35,8 +35,8 @@ def save_figures(recording: Recording, folder: Path) -> list[Path]:
     """Writes every figure that says something as PNG (600 dpi) and PDF; each file appears only once it is whole.
 
     Returns:
-        The files, in the order of `FIGURES`, PNG before PDF; without those of the gap and of slip where the run had no
-        wheels.
+        The files, in the order of `FIGURES`, PNG before PDF; without those that have nothing to say of the run, as
+        the gap of one that is its own ideal twin.
     """
     written = []
     for name, draw in FIGURES.items():

@@ -117,31 +117,34 @@ def slip(recording: Recording) -> Figure | None:
     """Returns lateral and longitudinal slip [m/s], wheel loads [N] and friction utilisation with its limit.
 
     Of the two wheels the one that slips, or uses friction, more is shown. Events are shaded where they concern what a
-    panel shows. None for a run without wheels on a floor: the ideal backend's would be nothing but zeros.
+    panel shows. A run on the ideal integrator, which does not slip, has only the loads and the utilisation that the
+    reduced model predicts; None where a recording has not even these.
     """
     if not set(_SLIP_VARIABLES) <= set(recording.dataset.data_vars):
         return None
     lateral, longitudinal, load, utilisation = (recording[name].values for name in _SLIP_VARIABLES)
-    along, places = _of_largest_magnitude(longitudinal), range(len(recording.robots))
-    scales = si_prefix(lateral), si_prefix(along)
-    panels = [
-        ("sideways slip, axle midpoint", f"slip [{scales[0][1]}m/s]"),
-        ("slip along the rolling direction, worse wheel", f"slip [{scales[1][1]}m/s]"),
-        ("wheel load, left solid, right dashed", "load [N]"),
-        ("friction utilisation, worse wheel", "utilisation [1]"),
-    ]
+    ideal, places = recording.backend == "ideal", range(len(recording.robots))
+    slips = [] if ideal else [lateral, _of_largest_magnitude(longitudinal)]
+    scales = [si_prefix(values) for values in slips]
+    titles = ("sideways slip, axle midpoint", "slip along the rolling direction, worse wheel")
+    panels = [(title, f"slip [{prefix}m/s]") for title, (_, prefix) in zip(titles, scales, strict=False)]
+    panels.append(("wheel load, left solid, right dashed", "load [N]"))
+    panels.append((f"friction utilisation, worse wheel{', predicted' if ideal else ''}", "utilisation [1]"))
     sheet = Sheet(recording, panels)
-    for row, (values, (factor, _)) in enumerate(zip((lateral, along), scales, strict=True)):
+    for row, (values, (factor, _)) in enumerate(zip(slips, scales, strict=True)):
         sheet.draw(row, factor * values, places)
-    sheet.draw(2, load[..., 0], places)
-    sheet.draw(2, load[..., 1], places, named=False, **DASHED)
-    _frame_loads(sheet.panels[2], load)
-    _draw_utilisation(sheet, recording, utilisation.max(axis=-1))
+    row = len(slips)
+    sheet.draw(row, load[..., 0], places)
+    sheet.draw(row, load[..., 1], places, named=False, **DASHED)
+    _frame_loads(sheet.panels[row], load)
+    sheet.draw(row + 1, utilisation.max(axis=-1), places, magnitude=True)
+    _frame_utilisation(sheet.panels[row + 1])
+    if ideal:
+        return sheet.finished()
     events = find_events(recording)
     for axes, kinds in zip(sheet.panels, _SLIP_EVENTS, strict=True):
         mark_events(axes, recording, events, kinds)
-    predicted = "friction_utilisation_predicted" in recording.dataset
-    return sheet.finished(*(["Dashed in (d): the largest that is predicted."] if predicted else []))
+    return sheet.finished(*_draw_prediction(sheet.panels[row + 1], recording))
 
 
 def _broken_at_antipode(heading: np.ndarray) -> np.ndarray:
@@ -169,15 +172,19 @@ def _draw_torque_limit(axes: Axes, limit: float, unit: str) -> None:
     axes.annotate("motor limit", (1.0, limit), xytext=(-2, 1.5), va="bottom", **_LIMIT_TEXT | _AT_DATA)
 
 
-def _draw_utilisation(sheet: Sheet, recording: Recording, measured: np.ndarray) -> None:
-    axes = sheet.panels[3]
-    sheet.draw(3, measured, range(len(recording.robots)), magnitude=True)
-    if "friction_utilisation_predicted" in recording.dataset:
-        predicted = np.fmax.reduce(recording["friction_utilisation_predicted"].values, axis=(1, 2))
-        axes.plot(recording.time, predicted, color=INK, **DASHED, linewidth=0.6, zorder=4)
+def _frame_utilisation(axes: Axes) -> None:
     axes.axhline(1.0, **LIMIT)
     axes.annotate("wheels break away", (1.0, 1.0), xytext=(-2, 1.5), va="bottom", **_LIMIT_TEXT | _AT_DATA)
     axes.set_ylim(0.0, 1.3)
+
+
+def _draw_prediction(axes: Axes, recording: Recording) -> list[str]:
+    """Draws the largest utilisation that the reduced model predicts, if it is recorded; returns what to say of it."""
+    if "friction_utilisation_predicted" not in recording.dataset:
+        return []
+    predicted = np.fmax.reduce(recording["friction_utilisation_predicted"].values, axis=(1, 2))
+    axes.plot(recording.time, predicted, color=INK, **DASHED, linewidth=0.6, zorder=4)
+    return ["Dashed in (d): the largest that the reduced model predicts."]
 
 
 def _frame_loads(axes: Axes, load: np.ndarray) -> None:

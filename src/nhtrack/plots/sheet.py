@@ -112,10 +112,6 @@ class Sheet:
         finite = [(name, curve[np.isfinite(curve)]) for name, curve in curves]
         return [_End(name, BAND_COLOUR, float(curve[-1])) for name, curve in finite if curve.size]
 
-    def name(self, row: int, name: str, value: float, colour: str = INK) -> None:
-        """Writes a name beside a panel, as high as a value of its axis."""
-        self._ends[row].append(_End(name, colour, value))
-
     def logarithmic(self, row: int) -> None:
         """Makes a panel's axis logarithmic, over the whole decades of its curves but what is next to nothing."""
         axes = self.panels[row]
