@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 import re
 from pathlib import Path
 
@@ -10,6 +11,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner, Result
 
+from elements import Elements
 from nhtrack.cli import app
 from nhtrack.recording import Recording
 from nhtrack.scenario.load import load
@@ -82,12 +84,34 @@ def test_the_page_has_every_example_and_every_figure(recorded: Path, tmp_path: P
 
 
 @pytest.mark.slow
+def test_the_report_has_every_example_and_every_figure(recorded: Path, tmp_path: Path) -> None:
+    result = invoke("--from", recorded, "--out", "page", "--no-pdf")
+    assert result.exit_code == 0, result.output
+    assert result.stdout.endswith("wrote page/report.html\n")
+    page = Elements((tmp_path / "page" / "report.html").read_text(encoding="utf-8"))
+    ids = [attributes["id"] for tag, attributes in page.found if tag == "section"]
+    assert ids[2:-1] == [f"example-{number}" for number in EXAMPLES]
+    sources = [str(attributes["src"]) for tag, attributes in page.found if tag == "img"]
+    drawn = [base64.b64decode(source.removeprefix("data:image/png;base64,")) for source in sources]
+    assert drawn == [(tmp_path / "page" / "paper" / f"{name}.png").read_bytes() for name in FIGURES]
+    rows = {row[2]: row for row in page.rows if len(row) == 9}
+    assert set(rows) == {"scenario", *(name for example in EXAMPLES.values() for name in example.scenarios)}
+    assert "nhtrack paper --examples 1,2,3,4,5" in page.texts["pre"]
+
+
+def test_a_report_can_be_left_out(recorded: Path, tmp_path: Path) -> None:
+    only = ("--examples", "5", "--backend", "ideal", "--no-pdf", "--no-report")
+    assert invoke("--from", recorded, "--out", "page", *only).exit_code == 0
+    assert not (tmp_path / "page" / "report.html").exists()
+
+
+@pytest.mark.slow
 def test_redrawing_gives_the_same_bytes(recorded: Path, tmp_path: Path) -> None:
     for out in ("one", "two"):
         assert invoke("--from", recorded, "--out", out, "--examples", "3,4").exit_code == 0
     one, two = (sorted(path for path in Path(out).rglob("*") if path.is_file()) for out in ("one", "two"))
     assert [path.relative_to("one") for path in one] == [path.relative_to("two") for path in two]
-    assert len(one) == 1 + 2 * 3
+    assert len(one) == 2 + 2 * 3
     for a, b in zip(one, two, strict=True):
         assert a.read_bytes() == b.read_bytes(), a
 
@@ -95,7 +119,9 @@ def test_redrawing_gives_the_same_bytes(recorded: Path, tmp_path: Path) -> None:
 def test_some_examples_without_mujoco_and_pdf(recorded: Path, tmp_path: Path) -> None:
     result = invoke("--from", recorded, "--out", "page", "--examples", "5", "--backend", "ideal", "--no-pdf")
     assert result.exit_code == 0, result.output
-    assert {path.name for path in (tmp_path / "page").rglob("*.*")} == {"paper.md", "example5_trajectories.png"}
+    assert {path.name for path in (tmp_path / "page").rglob("*.*")} == {
+        "paper.md", "report.html", "example5_trajectories.png",
+    }  # fmt: skip
     page = (tmp_path / "page" / "paper.md").read_text(encoding="utf-8")
     assert "## Example 5" in page
     assert "## Example 4" not in page

@@ -31,9 +31,10 @@ def paper(
         ),
     ] = None,
     no_pdf: Annotated[bool, typer.Option("--no-pdf", help="Write figures as PNG only.")] = False,
+    no_report: Annotated[bool, typer.Option("--no-report", help="Write no report.")] = False,
     force: Annotated[bool, typer.Option("--force", help="Write into a results folder that exists.")] = False,
 ) -> None:
-    """Run the paper's five examples and draw all of its figures on one page."""
+    """Run the paper's five examples and draw all of its figures on one page, as Markdown and as a report."""
     if not re.fullmatch(r"\d+(,\d+)*", examples):
         raise typer.BadParameter(f"expected numbers such as 1,4, got {examples!r}", param_hint="--examples")
     from nhtrack.study.paper import ExampleError, examples_of, reproduce
@@ -51,6 +52,7 @@ def paper(
             source=source,
             backend=backend.value,
             pdf=not no_pdf,
+            report=not no_report,
             overwrite=force,
             stage=stage,
         )

@@ -15,6 +15,9 @@ from nhtrack.scenario.schema import Follower, Leader, Scenario, SignalInput, Sta
 if TYPE_CHECKING:
     from nhtrack.study.paper import ExampleRuns
 
+STARTS = ("robot", "theta(0)", "x(0)", "y(0)", "omega(0)", "v_x(0)")
+FOLLOWERS = ("follower", "model", "position at T", "heading at T", "late position", "late heading")
+
 _TITLE = """\
 # The paper's examples on wheels
 
@@ -56,9 +59,13 @@ def table(header: Sequence[str], rows: Iterable[Sequence[str]], words: int = 1) 
 
 def initial_conditions(scenario: Scenario) -> str:
     """Returns the table of a scenario's starts, with the paper's columns and in its order."""
+    return table(STARTS, start_rows(scenario))
+
+
+def start_rows(scenario: Scenario) -> list[list[str]]:
+    """Returns the rows of that table."""
     robots: list[Leader | Follower] = [scenario.leader, *scenario.followers]
-    rows = [[robot.name, *_start(robot.start)] for robot in robots]
-    return table(["robot", "theta(0)", "x(0)", "y(0)", "omega(0)", "v_x(0)"], rows)
+    return [[robot.name, *_start(robot.start)] for robot in robots]
 
 
 def _start(start: Start) -> list[str]:
@@ -84,7 +91,7 @@ def _overview(done: Sequence[ExampleRuns]) -> str:
             robots = summary(recording)["robots"].values() if runs.wheels else ()
             rows.append([
                 f"[{name}](#example-{runs.example.number})",
-                f"{_farthest(recording):.2f} m",
+                f"{farthest(recording):.2f} m",
                 " / ".join(f"{share:.2f} %" for share, _ in late),
                 " / ".join(f"{heading:.2g} rad" for _, heading in late),
                 _length(max((robot["gap_position_rms"] for robot in robots), default=None)),
@@ -101,13 +108,13 @@ def _section(runs: ExampleRuns, folder: str) -> str:
     parts = [f"{anchor}\n\n## Example {example.number}: {example.title}\n", example.text + "\n"]
     scenarios = {name: load_tree(recording.scenario, source=name) for name, recording in runs.shown.items()}
     first = next(iter(scenarios.values()))
-    parts.append(_setting(first))
+    parts.append("".join(f"- {line}\n" for line in settings(first)))
     for name, scenario in scenarios.items():
         heading = f"Initial conditions, `paper/{name}`:\n" if len(scenarios) > 1 else "Initial conditions:\n"
         parts += [heading, initial_conditions(scenario)]
     for figure in example.figures:
         parts.append(f"![{figure.caption}]({folder}/{figure.name}.png)\n\n*{figure.caption}*\n")
-    parts += ["What each follower makes of what it tracks:\n", _follower_table(runs)]
+    parts += ["What each follower makes of what it tracks:\n", table(FOLLOWERS, follower_rows(runs), 2)]
     if runs.wheels:
         parts.append("How far wheels and ideal twin part, on the floor, and what the floor had to do:\n")
         parts.append(_robot_table(runs))
@@ -116,8 +123,8 @@ def _section(runs: ExampleRuns, folder: str) -> str:
     return "\n".join(parts)
 
 
-def _setting(scenario: Scenario) -> str:
-    """Returns input, duration, gains and scales of a scenario, as a list."""
+def settings(scenario: Scenario) -> list[str]:
+    """Returns input, duration, gains and scales of a scenario, a line each."""
     law, scale = scenario.law, scenario.similarity
     gains = ", ".join(
         f"{name} = {getattr(law, name):g}" for name in ("kp", "kd", "ke", "k") if hasattr(law, name)
@@ -134,7 +141,7 @@ def _setting(scenario: Scenario) -> str:
     places = [f"{f.name} at ({f.offset[0]:g}, {f.offset[1]:g})" for f in scenario.followers if any(f.offset)]
     if places:
         lines.append(f"places: {', '.join(places)}, ahead and to the left; formation `{scenario.formation}`")
-    return "".join(f"- {line}\n" for line in lines)
+    return lines
 
 
 def _input(scenario: Scenario) -> str:
@@ -161,7 +168,7 @@ def _signal(value: Any) -> str:
     return "= " + ", then ".join(pieces)
 
 
-def _follower_table(runs: ExampleRuns) -> str:
+def follower_rows(runs: ExampleRuns) -> list[list[str]]:
     """Returns the errors at T and the late errors of every follower on both models, in scenario units."""
     rows = []
     for name, recording in runs.shown.items():
@@ -171,13 +178,12 @@ def _follower_table(runs: ExampleRuns) -> str:
             called = follower if len(runs.shown) == 1 else f"{follower}, `{name}`"
             for model, run in models.items():
                 rows.append([called, model, *_error_cells(figures[model][follower], run)])
-    header = ["follower", "model", "position at T", "heading at T", "late position", "late heading"]
-    return table(header, rows, words=2)
+    return rows
 
 
 def _error_cells(errors: Mapping[str, float], recording: Recording) -> list[str]:
     """Returns position and heading error at T, then late."""
-    path, cells = _path(recording), []
+    path, cells = leader_path(recording), []
     for when in ("final", "late"):
         distance = errors[f"{when}_position_error"]
         cells.append(f"{distance / recording.length_scale:.3g} m ({100 * distance / path:.2f} %)")
@@ -218,15 +224,15 @@ def _late(recording: Recording) -> tuple[float, float]:
     """Returns the largest late errors of all followers: position in per cent of the leader's path, heading [rad]."""
     followers = summary(recording)["followers"].values()
     position = max(follower["late_position_error"] for follower in followers)
-    return 100 * position / _path(recording), max(follower["late_heading_error"] for follower in followers)
+    return 100 * position / leader_path(recording), max(follower["late_heading_error"] for follower in followers)
 
 
-def _path(recording: Recording) -> float:
+def leader_path(recording: Recording) -> float:
     """Returns the length of the leader's path [m]."""
     return float(summary(recording)["robots"][recording.robots[0]]["path_length"])
 
 
-def _farthest(recording: Recording) -> float:
+def farthest(recording: Recording) -> float:
     """Returns how far from the leader the farthest follower starts [m]."""
     start = recording["pose"].values[0, :, :2]
     return float(max(math.hypot(*(place - start[0])) for place in start[1:]))

@@ -1,0 +1,5 @@
+// A page without plots: light and dark, screen and paper, and nothing else.
+
+watchLook(() => {});
+mark('firstPlot');
+mark('ready');
