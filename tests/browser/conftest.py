@@ -8,10 +8,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pytest
+from typer.testing import CliRunner
 
+from nhtrack.cli import app
 from nhtrack.recording import Recording
 from opened import Opened, Opener, watch
-from reports import whole_recording, write_report
+from reports import CASE, WILD, whole_recording, write_report
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser
@@ -63,3 +65,41 @@ def recording() -> Recording:
 @pytest.fixture(scope="session")
 def report(recording: Recording, tmp_path_factory: pytest.TempPathFactory) -> Path:
     return write_report(recording, tmp_path_factory.mktemp("report") / "report.html")
+
+
+# Reports as commands write them, of small real studies.
+
+
+def results_of(folder: Path, *arguments: object) -> Path:
+    """Runs a command into a folder and returns the report it says it wrote."""
+    out = folder / "results"
+    result = CliRunner().invoke(app, [*(str(argument) for argument in arguments), "--out", str(out)])
+    assert result.exit_code == 0, result.output
+    assert f"wrote {out / 'report.html'}" in result.stdout.splitlines()
+    return out / "report.html"
+
+
+@pytest.fixture(scope="session")
+def comparison_report(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("compare")
+    (folder / "case.yaml").write_text(CASE, encoding="utf-8")
+    return results_of(folder, "compare", folder / "case.yaml", "kanayama", WILD, "--no-video", "--no-figures")
+
+
+@pytest.fixture(scope="session")
+def campaign_report(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    changes = ("starts.count=8", "families=[rest, sinus]", "duration=40", "tuning=null")
+    options = [word for change in changes for word in ("--set", change)]
+    return results_of(tmp_path_factory.mktemp("campaign"), "campaign", "campaign/small", *options, "--no-figures")
+
+
+@pytest.fixture(scope="session")
+def paper_report(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    options = ("--examples", 3, "--backend", "ideal", "--no-pdf")
+    return results_of(tmp_path_factory.mktemp("paper"), "paper", *options)
+
+
+@pytest.fixture(scope="session")
+def fidelity_report(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    options = ("--robot", "nh_mini", "--robot", "burger", "--check", "reduced_model", "--check", "load_shares")
+    return results_of(tmp_path_factory.mktemp("fidelity"), "fidelity", *options)

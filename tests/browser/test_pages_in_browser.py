@@ -1,0 +1,214 @@
+"""What people do with the reports of comparisons, campaigns, the paper and the fidelity suite, done by a browser."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from campaign_tables import campaign_starts
+from nhtrack.report.pages.campaign import Account, write
+from nhtrack.scenario.load import load_campaign
+from nhtrack.study.campaign.tables import cells_of
+from opened import Opened, Opener
+
+pytestmark = pytest.mark.slow
+
+PAGES = ("comparison", "campaign", "paper", "fidelity")
+SIZES = [(640, 480), (1280, 720)]
+OVERFLOW = "document.documentElement.scrollWidth - document.documentElement.clientWidth"
+NAMELESS = """nodes => nodes
+    .filter(n => !n.ariaLabel && !n.labels?.length && !n.alt && !n.textContent.trim() && !n.closest('.modebar'))
+    .map(n => n.outerHTML)"""
+LIGHT = """() => {
+    const [paper, ink] = ['backgroundColor', 'color'].map((name) => getComputedStyle(document.body)[name]);
+    return [paper, ink].map((colour) => Number(colour.match(/\\d+/)[0]) > 127);
+}"""
+MOST_BYTES = 15e6
+PIXEL = 0.6  # [px] Plotly rounds to whole pixels where it draws
+
+
+@pytest.fixture(params=PAGES)
+def page(request: pytest.FixtureRequest) -> Path:
+    """Returns each report in turn; whatever a page complains of fails the test that opened it."""
+    found: Path = request.getfixturevalue(f"{request.param}_report")
+    return found
+
+
+def data_of(opened: Opened) -> dict:
+    return json.loads(opened.page.locator("#data").evaluate("node => node.textContent"))
+
+
+def test_every_page_is_light_and_dark_fits_and_prints(open_report: Opener, page: Path) -> None:
+    assert page.stat().st_size < MOST_BYTES
+    for dark, size in zip((False, True), SIZES, strict=True):
+        opened = open_report(page, size=size, dark=dark)
+        assert opened.page.evaluate(LIGHT) == [not dark, dark]
+        opened.page.click("#theme")
+        assert opened.page.evaluate(LIGHT) == [dark, not dark]
+        assert opened.page.evaluate(OVERFLOW) == 0
+    opened.page.emulate_media(media="print")
+    opened.page.wait_for_selector("html.printing", state="attached")
+    assert opened.page.evaluate(LIGHT) == [True, False]
+    assert opened.page.locator(".player").count() in (0, 1)
+    assert not opened.page.locator(".player").is_visible()
+    assert opened.page.pdf(format="A4").startswith(b"%PDF")
+
+
+def test_every_page_can_be_used_by_keys_and_says_what_things_are(open_report: Opener, page: Path) -> None:
+    opened = open_report(page)
+    assert opened.page.locator("button, input, select, img, [role=img], [tabindex]").evaluate_all(NAMELESS) == []
+    links = opened.page.locator("nav a").evaluate_all("nodes => nodes.map(n => n.getAttribute('href'))")
+    assert {"#verdict", "#provenance"} < set(links)
+    assert all(opened.page.locator(link).count() == 1 for link in links)
+    opened.page.keyboard.press("Tab")
+    assert opened.page.evaluate("document.activeElement.id") == "theme"
+    opened.page.keyboard.press("Enter")
+    assert opened.page.evaluate(LIGHT) == [False, True]
+    assert opened.page.locator(".verdicts li").count() > 0
+    assert "nhtrack " in opened.page.locator("#provenance pre").first.inner_text()
+
+
+# Comparisons ----------------------------------------------------------------------------------------------------------
+
+
+def test_all_laws_move_with_one_slider(open_report: Opener, comparison_report: Path) -> None:
+    opened = open_report(comparison_report)
+    frames = data_of(opened)["frames"]
+    robots = ("leader", "follower-published", "follower-kanayama-1", "follower-kanayama-2")
+    place = """([x, y]) => {
+        const {xaxis, yaxis} = document.getElementById('floor')._fullLayout;
+        return [xaxis.l2p(x), yaxis.l2p(y)];
+    }"""
+    for frame in (0, 40, 80):
+        opened.slide(frame)
+        for k, robot in enumerate(robots):
+            numbers = re.findall(r"-?\d+\.?\d*(?:e-?\d+)?", opened.glyph(robot) or "")
+            x, y = (frames["pose"][side][k][frame] for side in "xy")
+            spot = opened.page.evaluate(place, [x, y])
+            assert [float(number) for number in numbers[:2]] == pytest.approx(spot, abs=PIXEL)
+    cells = opened.page.locator(".readouts tbody tr").nth(3).locator("td")
+    assert cells.first.inner_text() == "-"  # its run has ended
+    opened.slide(2)
+    assert float(cells.first.inner_text()) > 0
+
+
+def test_axes_fit_the_laws_that_completed(open_report: Opener, comparison_report: Path) -> None:
+    opened = open_report(comparison_report)
+    drawn = opened.page.evaluate("document.getElementById('panel-u_x')._fullLayout.yaxis.range")
+    curves = {curve["name"]: curve["y"] for panel in data_of(opened)["panels"] if panel["key"] == "u_x"
+              for curve in panel["curves"]}  # fmt: skip
+    largest = {name: np.abs([value for value in y if value is not None]).max() for name, y in curves.items()}
+    assert largest["follower-kanayama-2"] > 10 * drawn[1]
+    assert drawn[0] < 0 < largest["follower-kanayama-1"] < drawn[1]
+    bold = opened.page.locator(".standings tbody tr").nth(2).locator("strong")
+    assert bold.count() == 0  # a law whose run did not complete is best at nothing
+
+
+# Campaigns ------------------------------------------------------------------------------------------------------------
+
+
+def test_a_cell_chooses_law_and_reference_of_all_plots(open_report: Opener, campaign_report: Path) -> None:
+    opened = open_report(campaign_report)
+    page, data = opened.page, data_of(opened)
+    drawn = "document.getElementById('map').data.slice(0, 3).map(trace => trace.x.length)"
+    broad = """[...document.querySelectorAll('.panel')].map(
+        div => div.data.filter(trace => trace.line.width > 2).map(trace => trace.name))"""
+    for law, family in ((1, 0), (0, 1)):
+        cell = page.locator(f'.cell[data-law="{law}"][data-family="{family}"]')
+        cell.click()
+        starts = data["starts"][law][family]
+        fates = [starts["fate"].count(fate) for fate in ("arrived", "astray", "lost")]
+        assert sum(fates) == 8
+        assert page.evaluate(drawn) == fates
+        assert cell.get_attribute("aria-pressed") == "true"
+        assert page.locator('.cell[aria-pressed="true"]').count() == 1
+        assert page.locator("#law").input_value() == str(law)
+        assert page.locator("#told").inner_text() == cell.get_attribute("title")
+        assert page.locator("#chosen").inner_text() == f"{fates[0]} of 8 arrive"
+        names = [data["laws"][law]["name"]]
+        assert [found for found in page.evaluate(broad) if found] == [names] * page.locator(".panel").count()
+
+
+def test_lists_choose_and_the_pointer_tells(open_report: Opener, campaign_report: Path) -> None:
+    opened = open_report(campaign_report)
+    page, starts = opened.page, data_of(opened)["starts"]
+    page.select_option("#family", label="sinus")
+    page.select_option("#law", label="samson")
+    place = next(k for k, x in enumerate(starts[2][1]["x"]) if 1 < abs(x))
+    spot = page.evaluate(
+        """([x, y]) => {
+            const {xaxis, yaxis} = document.getElementById('map')._fullLayout;
+            return [xaxis._offset + xaxis.l2p(x), yaxis._offset + yaxis.l2p(y)];
+        }""",
+        [starts[2][1]["x"][place], starts[2][1]["y"][place]],
+    )
+    page.locator("#map").scroll_into_view_if_needed()
+    page.locator("#map").hover(position={"x": spot[0], "y": spot[1]})
+    page.wait_for_selector("#map .hoverlayer .hovertext")
+    assert f"start {starts[2][1]['start'][place]}," in (page.locator("#map .hoverlayer").text_content() or "")
+    page.locator('.cell[data-law="0"][data-family="0"]').hover()
+    assert page.locator("#told").inner_text().startswith("universal against rest: ")
+    page.mouse.move(5, 5)
+    assert page.locator("#told").inner_text().startswith("samson against sinus: ")
+
+
+def test_names_of_laws_and_references_stay_text(open_report: Opener, tmp_path: Path) -> None:
+    hostile = "<img src=x onerror=alert(1)>"
+    runs = campaign_starts((hostile,), ("</script><script>alert(2)</script>",), count=20)
+    cells = cells_of(runs, {}, backend="ideal", position_limit=0.01, heading_limit=0.02)
+    tree = load_campaign("campaign/small", []).model_dump(mode="json") | {"name": hostile, "description": hostile}
+    opened = open_report(write(runs, cells, Account(tree, {}, {}, {}), tmp_path / "report.html"))
+    assert opened.page.title() == f"{hostile} - nhtrack"
+    assert opened.page.locator("#law option").inner_text() == hostile
+    panel = opened.page.locator("#panel-effort_x")
+    panel.scroll_into_view_if_needed()
+    spot = opened.page.evaluate(
+        """() => {
+            const div = document.getElementById('panel-effort_x');
+            const {xaxis, yaxis} = div._fullLayout;
+            const {x, y} = div.data[0];
+            return [xaxis._offset + xaxis.l2p(x[10]), yaxis._offset + yaxis.l2p(y[10])];
+        }"""
+    )
+    panel.hover(position={"x": spot[0], "y": spot[1]})  # Plotly writes the law's name beside the pointer
+    panel.locator(".hoverlayer .hovertext").wait_for()
+    assert opened.page.locator("img").count() == 0
+
+
+# The paper ------------------------------------------------------------------------------------------------------------
+
+
+def test_figures_of_the_paper_are_seen_in_the_page(open_report: Opener, paper_report: Path) -> None:
+    opened = open_report(paper_report)
+    sizes = opened.page.locator("img").evaluate_all("nodes => nodes.map(n => [n.naturalWidth, n.clientWidth])")
+    assert len(sizes) == 1
+    natural, shown = sizes[0]
+    assert natural > shown > 500
+    verdict = opened.page.locator("#example-3 .claim dd").nth(1).inner_text()
+    assert "In example3_pi the follower turns clockwise by 1 pi." in verdict
+    assert "In example3_minus_pi the follower turns anticlockwise by 1 pi." in verdict
+
+
+# The fidelity suite ---------------------------------------------------------------------------------------------------
+
+
+def test_checks_are_filtered_and_ordered(open_report: Opener, fidelity_report: Path) -> None:
+    opened = open_report(fidelity_report)
+    page = opened.page
+    shown = """[...document.querySelectorAll('.checks tbody tr')].filter(row => row.offsetParent)
+        .map(row => [row.dataset.robot, Number(row.dataset.used), row.querySelector('.bar').clientWidth])"""
+    before = page.evaluate(shown)
+    assert [row[0] for row in before] == ["nh_mini"] * 3 + ["burger"] * 3
+    page.select_option("#robot", "burger")
+    assert [row[0] for row in page.evaluate(shown)] == ["burger"] * 3
+    page.select_option("#robot", "")
+    page.check('input[name="order"][value="used"]')
+    uses = [row[1] for row in page.evaluate(shown)]
+    assert uses == sorted(uses, reverse=True)
+    assert len(uses) == 6
+    page.check('input[name="order"][value="listed"]')
+    assert page.evaluate(shown) == before
