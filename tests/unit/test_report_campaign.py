@@ -55,7 +55,9 @@ def page_of(runs: pd.DataFrame, **changes: Any) -> str:
 
 @pytest.fixture(scope="module")
 def runs() -> pd.DataFrame:
-    return campaign_starts(LAWS[:3], FAMILIES[:4], count=60, lost=0.5)
+    found = campaign_starts(LAWS[:3], FAMILIES[:4], count=60, lost=0.5)
+    # Followers that did not arrive may be near at the very end by chance, and then have a time all the same.
+    return found.assign(settling_time=found["settling_time"].fillna(79.0))
 
 
 def test_the_table_has_the_share_of_every_law_and_reference(runs: pd.DataFrame) -> None:
