@@ -194,7 +194,7 @@ def test_lengths_stand_beside_shares() -> None:
     assert "within 5 % of its largest error (150 mm) after 20 s" in text
     assert "off by at most 45 mm (50 % of its track width) and 100 mrad." in text
     wide = follower(settling_time=None, late_position_error=0.18)
-    assert "180 mm (2 times of its track width)" in " ".join(verdicts(summary(whole_recording(1)) | wide, run))
+    assert "180 mm (2 times its track width)" in " ".join(verdicts(summary(whole_recording(1)) | wide, run))
 
 
 def test_sentences_know_sizes_and_roots_from_the_recording() -> None:
@@ -214,6 +214,10 @@ def test_a_virtual_leader_is_no_robot_that_ran() -> None:
     recording = whole_recording(1, scenario=scenario)
     text = " ".join(verdicts(summary(recording), about(recording)))
     assert "1 robot ran behind a virtual leader, which has no body, on MuJoCo's wheel contacts for 80 s" in text
+    assert "came closest" not in text
+    assert "came closest" in " ".join(verdicts(summary(recording)))
+    assert "The leader is virtual" in report(recording)
+    assert "The leader is virtual" not in report(whole_recording(1))
 
 
 def test_a_follower_that_did_not_settle_is_told_so() -> None:

@@ -18,6 +18,7 @@ from nhtrack.plots.style import CROWD
 from nhtrack.recording import Recording
 from nhtrack.report.panels import colours_of, groups_of, make_panels
 from nhtrack.report.thin import even_rows, numbers
+from nhtrack.report.words import has_virtual_root
 from nhtrack.simulation.palette import GRIP, ICE
 
 DIGITS = 8  # significant digits: a tenth of a micrometre along ten metres
@@ -36,6 +37,7 @@ def payload(recording: Recording) -> dict[str, Any]:
     frames = {"time": numbers(recording.time[rows], DIGITS)} | _poses(recording, rows) | _readouts(recording, rows)
     return {
         "robots": [{"name": name, "colour": colour} for name, colour in zip(recording.robots, colours, strict=True)],
+        "virtual_root": has_virtual_root(recording),
         "crowd": len(recording.robots) - 1 > CROWD,
         "grouped": bool(groups_of(recording)),
         "twin": has_twin(recording),

@@ -38,10 +38,15 @@ def about(recording: Recording) -> About:
     error = position_error(recording)
     largest = {name: float(np.max(error[:, place])) for place, name in enumerate(recording.robots) if place}
     return About(
-        bool(recording.scenario.get("leader", {}).get("virtual", False)),
+        has_virtual_root(recording),
         None if half is None else 2 * float(half),
         {name: value for name, value in largest.items() if np.isfinite(value)},
     )
+
+
+def has_virtual_root(recording: Recording) -> bool:
+    """Returns whether the root of a run is a marker without a body."""
+    return bool(recording.scenario.get("leader", {}).get("virtual", False))
 
 
 def verdicts(summary: Summary, run: About | None = None) -> list[str]:
@@ -52,9 +57,9 @@ def verdicts(summary: Summary, run: About | None = None) -> list[str]:
         run: what the summary does not know of it.
     """
     known = run or About()
-    parts: list[Callable[[Summary], list[str]]] = [_gap, _friction, _motors, _events, _closest]
+    parts: list[Callable[[Summary], list[str]]] = [_gap, _friction, _motors, _events]
     told = _outcome(summary, known) + _convergence(summary, known)
-    return told + [sentence for part in parts for sentence in part(summary)]
+    return told + [sentence for part in parts for sentence in part(summary)] + _closest(summary, known)
 
 
 def tiles(summary: Summary) -> list[tuple[str, str]]:
@@ -115,7 +120,7 @@ def _distance(value: float | None, run: About) -> str:
     if value is None or run.track is None:
         return quantity(value, "m")
     shares = value / run.track
-    return f"{quantity(value, 'm')} ({share(shares) if shares < 1 else f'{shares:.3g} times'} of its track width)"
+    return f"{quantity(value, 'm')} ({f'{share(shares)} of' if shares < 1 else f'{shares:.3g} times'} its track width)"
 
 
 def _band(largest: Iterable[float]) -> str:
@@ -201,11 +206,13 @@ def _times(count: int) -> str:
     return {1: "once", 2: "twice"}.get(count, f"{count} times")
 
 
-def _closest(summary: Summary) -> list[str]:
+def _closest(summary: Summary, run: About) -> list[str]:
     closest = summary["smallest_separation"]
     if closest is None:
         return []
     one, other = closest["robots"]
+    if run.virtual_root and next(iter(summary["robots"])) in (one, other):
+        return []  # nobody comes close to a robot without a body
     distance = quantity(closest["distance"], "m")
     return [f"{one} and {other} came closest to each other of all robots, {distance} at {seconds(closest['time'])}."]
 

@@ -91,11 +91,14 @@ const wheel = data.floor.wheel_radius ?? 0.4 * half;
 const DART = [[0.62, 0], [-0.38, 0.34], [-0.2, 0], [-0.38, -0.34]].map(([x, y]) => [x / 0.34 * half, y / 0.34 * half]);
 const LENGTH = DART[0][0] - DART[1][0];
 
+function dart() {
+  return `M${DART.map((corner) => corner.join(',')).join('L')}z`;
+}
+
 function outline() {
-  const dart = `M${DART.map((corner) => corner.join(',')).join('L')}z`;
   const tyre = (y) => `M${-wheel},${y - wheel / 3}h${2 * wheel}v${2 * wheel / 3}h${-2 * wheel}z`;
   const axle = `M${-wheel / 6},${-half}h${wheel / 3}v${2 * half}h${-wheel / 3}z`;
-  return dart + axle + tyre(half) + tyre(-half);
+  return dart() + axle + tyre(half) + tyre(-half);
 }
 
 function makeRobots() {
@@ -106,11 +109,12 @@ function makeRobots() {
   const robots = kinds.flatMap((kind) => data.robots.map((robot, place) => {
     const group = document.createElementNS(svg.namespaceURI, 'g');
     const shape = document.createElementNS(svg.namespaceURI, 'path');
-    group.setAttribute('class', kind === 'twin' ? 'robot twin' : 'robot');
+    const virtual = data.virtual_root && place === 0;
+    group.setAttribute('class', `robot${kind === 'twin' ? ' twin' : ''}${virtual ? ' virtual' : ''}`);
     group.dataset.robot = robot.name;
     group.dataset.kind = kind;
-    if (kind === 'pose') group.setAttribute('fill', robot.colour);
-    shape.setAttribute('d', outline());
+    if (kind === 'pose') group.style.setProperty('--colour', robot.colour);
+    shape.setAttribute('d', virtual ? dart() : outline());
     group.append(shape);
     return {kind, place, group};
   }));
