@@ -27,7 +27,7 @@ followers:
 law: {name: published, kp: 1, kd: 3, ke: 0.3, k: 5}
 """
 WILD = "{name: kanayama, k_inner: 250}"  # diverges within a second
-QUIET = ("--no-video", "--no-figures")
+QUIET = ("--no-video", "--no-figures", "--no-report")
 
 
 def invoke(*arguments: object) -> Result:
@@ -59,7 +59,7 @@ def test_a_row_for_every_law_and_a_file_for_everything(file: Path) -> None:
     written = [line.removeprefix("wrote ") for line in lines if line.startswith("wrote ")]
     found = {path.as_posix() for path in Path("runs").rglob("*") if path.is_file()}
     assert set(written) == found
-    assert "runs/compare-case-1/figures/overlay.pdf" in found
+    assert {f"runs/compare-case-1/{name}" for name in ("figures/overlay.pdf", "report.html")} < found
     assert [row["label"] for row in rows("runs/compare-case-1")] == ["published", "kanayama-1", "kanayama-2"]
 
 
