@@ -13,8 +13,9 @@ from elements import Elements
 from nhtrack.metrics import position_error
 from nhtrack.plots.style import CROWD
 from nhtrack.recording import Recording
+from nhtrack.report import Extras
 from nhtrack.report.data import payload
-from nhtrack.report.pages.compare import MEASURES, fitted, joined, show, verdicts
+from nhtrack.report.pages.compare import MEASURES, compare_page, fitted, joined, show, verdicts
 from nhtrack.simulation.palette import robot_colour
 from nhtrack.study.comparison import Comparison, room_of
 from nhtrack.video.together import together
@@ -122,6 +123,25 @@ def test_who_does_not_settle_is_told() -> None:
         "All 2 laws completed their runs of 20 s.",
         "b did not settle: its worst follower was off by up to 500 mm late in the run.",
     ]
+
+
+@pytest.mark.parametrize(
+    ("outcomes", "warning", "alarm"),
+    [
+        (("completed", "diverged: ran away"), "", ""),
+        (("diverged: ran away",), "", "No law completed its run."),
+        (("completed", "interrupted"), "", "The comparison was interrupted"),
+        (("completed",), "b: not run, the comparison was interrupted", "The comparison was interrupted"),
+    ],
+)
+def test_what_went_wrong_stands_first(
+    found: Comparison, merged: Recording, outcomes: tuple[str, ...], warning: str, alarm: str
+) -> None:
+    labels = list(found.recordings)
+    laws = [row | {"outcome": outcome} for row, outcome in zip(found.tree["laws"], outcomes, strict=False)]
+    tree = found.tree | {"laws": laws, "warnings": [warning] if warning else [], "best": {}}
+    shown = compare_page(tree, {label: found.recordings[label] for label in labels}, merged, Extras())
+    assert shown.alarm.startswith(alarm) if alarm else not shown.alarm
 
 
 def test_an_ideal_comparison_shows_no_slip(found: Comparison) -> None:

@@ -73,7 +73,7 @@ def compare_page(tree: Row, runs: Mapping[str, Recording], merged: Recording, ex
         [("With the same versions, this repeats the comparison, in the folder of this page:", _command(tree))],
         tree["versions"],
         description=tree["scenario"].get("description", ""),
-        alarm=_alarm(tree, len(runs)),
+        alarm=_alarm(tree),
         warnings=tree["warnings"],
         facts=[("backend", data["backend"])],
         scripts=SCRIPTS,
@@ -155,13 +155,14 @@ def verdicts(tree: Row) -> list[str]:
     return [*_ends(laws), *_settled(laws), *_bests(laws, tree["best"])]
 
 
-def _alarm(tree: Row, count: int) -> str:
-    wanted = len(tree["laws"])
-    if all(row["outcome"] != "completed" for row in tree["laws"]):
+def _alarm(tree: Row) -> str:
+    outcomes = [row["outcome"] for row in tree["laws"]]
+    if "completed" not in outcomes:
         return "No law completed its run."
-    ended = any(row["outcome"] == "interrupted" for row in tree["laws"])
-    missing = [warning for warning in tree["warnings"] if warning.endswith("the comparison was interrupted")]
-    return "The comparison was interrupted: not all laws have run." if ended or missing or count < wanted else ""
+    missing = any(warning.endswith("not run, the comparison was interrupted") for warning in tree["warnings"])
+    if missing or "interrupted" in outcomes:
+        return "The comparison was interrupted: not all laws have run to the end."
+    return ""
 
 
 def _ends(laws: Sequence[Row]) -> Iterator[str]:
