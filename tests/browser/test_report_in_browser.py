@@ -10,9 +10,8 @@ import numpy as np
 import pytest
 
 from nhtrack.recording import Recording
-from nhtrack.video.encode import write_mp4
 from opened import Opened, Opener
-from reports import whole_recording, write_report
+from reports import whole_recording, write_pictures, write_report
 
 pytestmark = pytest.mark.slow
 
@@ -168,9 +167,7 @@ def test_nothing_is_wider_than_the_window(open_report: Opener, report: Path, siz
 
 
 def test_the_film_plays(open_report: Opener, recording: Recording, tmp_path: Path) -> None:
-    film = tmp_path / "video.mp4"
-    pictures = (np.full((120, 160, 3), 2 * k, np.uint8) for k in range(100))
-    write_mp4(pictures, film, (160, 120), 25)
+    film = write_pictures(tmp_path / "video.mp4", 100)
     opened = open_report(write_report(recording, tmp_path / "report.html", film=film))
     if not has_h264(opened):
         pytest.skip("this browser was built without H.264")
@@ -194,8 +191,7 @@ def has_h264(opened: Opened) -> bool:
 
 def test_film_and_slider_move_each_other(open_report: Opener, recording: Recording, tmp_path: Path) -> None:
     """80 s of the robot in 101 frames at 25 a second: 4 s of film, at 20 times the robot's speed."""
-    film = tmp_path / "video.mp4"
-    write_mp4((np.full((120, 160, 3), 2 * k, np.uint8) for k in range(101)), film, (160, 120), 25)
+    film = write_pictures(tmp_path / "video.mp4", 101)
     scenario = recording.scenario | {"video": {"camera": "group", "fps": 25, "speed": 20.0}}
     dataset = recording.dataset.assign_attrs(scenario=json.dumps(scenario))
     opened = open_report(write_report(Recording(dataset), tmp_path / "report.html", film=film))
@@ -220,8 +216,7 @@ def test_film_and_slider_move_each_other(open_report: Opener, recording: Recordi
 
 
 def test_a_film_that_ends_early_stays_at_its_end(open_report: Opener, recording: Recording, tmp_path: Path) -> None:
-    film = tmp_path / "video.mp4"
-    write_mp4((np.full((120, 160, 3), 2 * k, np.uint8) for k in range(50)), film, (160, 120), 25)
+    film = write_pictures(tmp_path / "video.mp4", 50)
     scenario = recording.scenario | {"video": {"camera": "group", "fps": 25, "speed": 20.0}}  # 40 of 80 s
     dataset = recording.dataset.assign_attrs(scenario=json.dumps(scenario))
     opened = open_report(write_report(Recording(dataset), tmp_path / "report.html", film=film))

@@ -28,9 +28,8 @@ from nhtrack.scenario.documentation import json_schema
 from nhtrack.scenario.load import load
 from nhtrack.simulation.palette import FOLLOWERS, ROOT
 from nhtrack.study.run import run_scenario
-from nhtrack.video.encode import write_mp4
 from recordings import HALF_SEPARATION
-from reports import whole_recording
+from reports import whole_recording, write_pictures
 
 # Eight significant digits: rounding moves a number by at most half a unit of the last one.
 DIGITS = 5e-8
@@ -416,14 +415,9 @@ def test_numbers_on_robots_can_be_read(colour: str) -> None:
 # The film -------------------------------------------------------------------------------------------------------------
 
 
-def film_of(path: Path, frames: int, fps: int) -> Path:
-    write_mp4((np.full((64, 64, 3), 2 * k, np.uint8) for k in range(frames)), path, (64, 64), fps)
-    return path
-
-
 def test_a_film_tells_how_long_it_lasts_and_how_fast_it_is(tmp_path: Path) -> None:
     """The first and the last of 51 frames show the first and the last row: 80 s in 2 s."""
-    film = film_of(tmp_path / "film.mp4", 51, 25)
+    film = write_pictures(tmp_path / "film.mp4", 51)
     assert duration_of(film.read_bytes()) == pytest.approx(51 / 25, abs=MILLISECOND)
     video = {"camera": "chase", "fps": 25, "speed": None}
     read = read_film(film, whole_recording(1, samples=51, scenario={"video": video}))

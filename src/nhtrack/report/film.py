@@ -15,6 +15,7 @@ _CAMERAS = {
     "top": "Seen from above",
     "isometric": "The camera stands still and frames the whole run",
     "chase": "The camera follows the leader",
+    "split": "The camera follows and frames all robots, beside their errors",
 }
 
 
