@@ -147,10 +147,16 @@ class Sign:
         return set(self.variables) <= set(variables) and set(self.attributes) <= set(attributes)
 
 
-def _slipping(recording: Recording) -> Condition:
+def slip_speed(recording: Recording) -> np.ndarray:
+    """Returns the speed of each wheel's contact point where the wheel slides, zero elsewhere [m/s], shape (t, n, 2)."""
     speed = np.hypot(recording["longitudinal_slip"].values, recording["lateral_slip"].values[..., None])
     slips = (recording["friction_utilisation"].values >= AT_LIMIT) & (speed > CREEP)
-    return Condition(slips, np.where(slips, speed, 0.0).max(axis=-1))
+    return np.where(slips, speed, 0.0)
+
+
+def _slipping(recording: Recording) -> Condition:
+    speed = slip_speed(recording)
+    return Condition(speed > 0, speed.max(axis=-1))
 
 
 def _off_the_floor(recording: Recording) -> Condition:
@@ -223,7 +229,7 @@ def _wheel(holds: np.ndarray) -> str | None:
 
 def lasting(holds: np.ndarray, time: np.ndarray, shortest: float) -> np.ndarray:
     """Returns `holds` without its spells shorter than `shortest` [s], all of shape (t,)."""
-    first, last = _spells(holds)
+    first, last = spells(holds)
     short = time[last] - _begins(time)[first] < shortest - _ROUNDING
     kept = holds.copy()
     for start, end in zip(first[short], last[short], strict=True):
@@ -233,7 +239,7 @@ def lasting(holds: np.ndarray, time: np.ndarray, shortest: float) -> np.ndarray:
 
 def joined(holds: np.ndarray, time: np.ndarray) -> list[slice]:
     """Returns the rows of each event: of the spells of `holds`, those less than `GAP` apart joined."""
-    first, last = _spells(holds)
+    first, last = spells(holds)
     if not len(first):
         return []
     apart = _begins(time)[first[1:]] - time[last[:-1]] >= GAP - _ROUNDING
@@ -241,8 +247,8 @@ def joined(holds: np.ndarray, time: np.ndarray) -> list[slice]:
     return [slice(int(start), int(end) + 1) for start, end in zip(starts, ends, strict=True)]
 
 
-def _spells(holds: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Returns the first and the last row of every spell."""
+def spells(holds: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Returns the first and the last row of every unbroken spell in which a condition holds, shape (t,)."""
     edges = np.flatnonzero(np.diff(holds, prepend=False, append=False))
     return edges[::2], edges[1::2] - 1
 

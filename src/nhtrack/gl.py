@@ -159,18 +159,19 @@ def choose_backend() -> str:
     return find_backend().backend
 
 
-def make_context(width: int, height: int) -> Context:
-    """Returns an off-screen OpenGL context of the chosen backend, current in this thread.
+def make_context(width: int, height: int, backend: str | None = None) -> Context:
+    """Returns an off-screen OpenGL context, current in this thread.
 
     Args:
         width: largest picture width [pixels].
         height: largest picture height [pixels].
+        backend: one that is known to draw; by default the one that `choose_backend` finds.
 
     Raises:
         RenderError: nothing draws, or another library has bound PyOpenGL to a different platform in this
             process.
     """
-    backend = choose_backend()
+    backend = backend or choose_backend()
     try:
         module = importlib.import_module(f"mujoco.{backend}")
         context: Context = module.GLContext(width, height)

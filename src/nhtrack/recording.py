@@ -140,6 +140,11 @@ class Recording:
         return str(self.dataset.attrs["backend"])
 
     @property
+    def has_twin(self) -> bool:
+        """Whether the run is held against an ideal twin: one on the ideal integrator is its own."""
+        return self.backend != "ideal" and "ideal_pose" in self.dataset
+
+    @property
     def length_scale(self) -> float:
         """Robot metres per scenario length unit."""
         return float(self.dataset.attrs["length_scale"])

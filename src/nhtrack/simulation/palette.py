@@ -15,3 +15,6 @@ def robot_colour(index: int) -> str:
 
 # Patches of the floor with less and with more friction than the rest.
 ICE, GRIP = "#9ED1F2", "#736154"
+
+# A wheel's tyre as it uses more of its friction: from its own near black by these to the last, at its limit.
+UTILISATION = ("#7A1F5C", "#E8663C", "#FFE64D")

@@ -3,21 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from contextlib import closing
 from pathlib import Path
 
 import numpy as np
 
 from nhtrack import gl
-from nhtrack.errors import RecordingError, RenderError, did_you_mean
+from nhtrack.errors import RecordingError, RenderError
 from nhtrack.recording import Recording, atomic_path
-from nhtrack.simulation.scene import SceneSpec, make_scene
-from nhtrack.video.camera import CAMERAS, CameraPath, floor_footprint, plan_camera
-from nhtrack.video.encode import Encoder, find_encoder, write_mp4
-from nhtrack.video.overlay import Overlay
-from nhtrack.video.stage import Stage, robot_scale
-from nhtrack.video.timeline import Timeline, make_timeline
+from nhtrack.video.camera import CAMERAS
+from nhtrack.video.crew import Pictures, painted
+from nhtrack.video.encode import FORMATS, Encoder, find_encoder, write_film
+from nhtrack.video.look import QUALITIES, SPLIT, Look
 
-__all__ = ["CAMERAS", "Encoder", "find_encoder", "frames", "render"]
+__all__ = ["CAMERAS", "QUALITIES", "SPLIT", "Encoder", "find_encoder", "frames", "render"]
 
 Progress = Callable[[int, int], None]
 
@@ -30,17 +29,23 @@ def render(
     size: tuple[int, int] = (640, 480),
     fps: int = 30,
     speed: float | None = None,
+    quality: str = "normal",
+    workers: int = 1,
     progress: Progress | None = None,
 ) -> Path:
-    """Writes a film of a recording as H.264 in MP4 and returns its path; the file appears once it is whole.
+    """Writes a film of a recording and returns its path; the file appears once it is whole.
 
     Args:
         recording: the run; one that was interrupted is shown as far as it went.
-        path: file to write, ending in .mp4.
-        camera: `group` (follows and frames all robots), `isometric`, `top` (both the whole run), `chase` (the root).
+        path: file to write: H.264 for a name that ends in .mp4, an animation of 256 colours for one in .gif.
+        camera: `group` (follows and frames all robots), `isometric`, `top` (both the whole run), `chase` (the root),
+            or `split` (`group` beside a live plot of the errors).
         size: width and height [pixels], both even.
         fps: frames per second.
         speed: robot seconds per second of film; by default the slowest round number that keeps the film short.
+        quality: `draft` (no shadows, no antialiasing), `normal` or `high`.
+        workers: processes that draw; pictures are the same with any number. More than one are started by `spawn`, so
+            a script that asks for them needs the usual `if __name__ == "__main__":`.
         progress: called with the number of frames done and their total.
 
     Raises:
@@ -48,12 +53,13 @@ def render(
         RecordingError: the recording lacks the scene it was made in.
     """
     target = Path(path)
-    _check(target, camera, size, fps, speed)
+    if target.suffix not in FORMATS:
+        raise RenderError(f"{target}: expected a name ending in {' or '.join(FORMATS)}")
+    look = Look(camera, size, fps, speed, quality)
     find_encoder()
     gl.choose_backend()
-    with atomic_path(target) as temporary:
-        pictures = frames(recording, camera=camera, size=size, fps=fps, speed=speed, progress=progress)
-        write_mp4(pictures, temporary, size, fps)
+    with atomic_path(target) as temporary, closing(_frames(recording, look, workers, progress)) as pictures:
+        write_film(pictures, temporary, size, fps)
     return target
 
 
@@ -64,48 +70,25 @@ def frames(
     size: tuple[int, int] = (640, 480),
     fps: int = 30,
     speed: float | None = None,
+    quality: str = "normal",
+    workers: int = 1,
     progress: Progress | None = None,
 ) -> Iterator[np.ndarray]:
     """Yields the pictures of a film, bytes of shape (height, width, 3); arguments as `render`.
 
     Raises:
-        RenderError: OpenGL is missing, or no camera of that name.
+        RenderError: OpenGL is missing, or an argument makes no film.
         RecordingError: the recording lacks the scene it was made in.
     """
+    yield from _frames(recording, Look(camera, size, fps, speed, quality), workers, progress)
+
+
+def _frames(recording: Recording, look: Look, workers: int, progress: Progress | None) -> Pictures:
     if "scene" not in recording.dataset.attrs:
         raise RecordingError("this recording does not say which scene it was made in: it cannot be filmed")
-    scene = make_scene(SceneSpec.from_json(recording.dataset.attrs["scene"]))
-    timeline = make_timeline(recording, scene, fps, speed)
-    fovy, aspect = float(scene.model.vis.global_.fovy), size[0] / size[1]
-    path = plan_camera(camera, timeline.pose, fovy, aspect, fps, robot_scale(scene))
-    overlay = Overlay(recording, timeline, size)
-    reach = _span(timeline)
-    with Stage(scene, timeline, path, size) as stage:
-        for frame in range(len(timeline)):
-            footprint = floor_footprint(path, frame, fovy, aspect, reach) if _moves(path) else None
-            yield overlay.write(stage.draw(frame), frame, footprint)
+    total, pictures = painted(recording, look, workers)
+    with closing(pictures):
+        for frame, picture in enumerate(pictures):
+            yield picture
             if progress is not None:
-                progress(frame + 1, len(timeline))
-
-
-def _check(path: Path, camera: str, size: tuple[int, int], fps: int, speed: float | None) -> None:
-    if path.suffix != ".mp4":
-        raise RenderError(f"{path}: films are MP4; expected a name ending in .mp4")
-    if camera not in CAMERAS:
-        raise RenderError(f"no camera {camera!r}; {did_you_mean(camera, CAMERAS)}")
-    if min(size) < 64 or size[0] % 2 or size[1] % 2:
-        raise RenderError(f"size {size[0]} x {size[1]}: expected even numbers of pixels, at least 64")
-    if fps < 1:
-        raise RenderError(f"fps {fps}: expected at least 1 frame per second")
-    if speed is not None and not 0 < speed < float("inf"):
-        raise RenderError(f"speed {speed}: expected a positive number of robot seconds per second of film")
-
-
-def _span(timeline: Timeline) -> float:
-    positions = timeline.pose[..., :2]
-    return 2.0 * float(np.hypot(*(positions.max(axis=(0, 1)) - positions.min(axis=(0, 1))))) + 1.0
-
-
-def _moves(path: CameraPath) -> bool:
-    """Returns whether the camera moves; where it holds the whole run anyway, its outline on the map says nothing."""
-    return bool(np.ptp(path.lookat, axis=0).max() > 1e-9)
+                progress(frame + 1, total)

@@ -15,7 +15,7 @@ from scipy.ndimage import gaussian_filter1d, maximum_filter1d
 
 from nhtrack.errors import RenderError, did_you_mean
 
-__all__ = ["CAMERAS", "CameraPath", "floor_footprint", "plan_camera"]
+__all__ = ["CAMERAS", "CameraPath", "plan_camera"]
 
 _ELEVATION = -38.0  # [deg] of `group` and `isometric`
 _CLOSEST = 0.95  # [m] nearest the group camera goes: a robot of 0.1 m is then a fifth of the picture wide
@@ -192,15 +192,3 @@ def _smooth(values: np.ndarray, frames: float) -> np.ndarray:
     after = 2 * values[-1:] - values[-2 : -reach - 2 : -1]
     continued = np.concatenate([before, values, after])
     return np.asarray(gaussian_filter1d(continued, frames, axis=0, mode="nearest")[reach:-reach])
-
-
-def floor_footprint(path: CameraPath, frame: int, fovy: float, aspect: float, reach: float) -> np.ndarray:
-    """Returns the corners (4, 2) of the floor seen in a frame [m]; what lies beyond `reach` is cut off there."""
-    axes = _axes(float(path.azimuth[frame]), float(path.elevation[frame]))
-    eye = path.lookat[frame] - path.distance[frame] * axes[2]
-    vertical = np.tan(np.radians(fovy) / 2)
-    corners = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) * [vertical * aspect, vertical]
-    rays = corners @ axes[:2] + axes[2]
-    down = np.maximum(-rays[:, 2], 1e-6)
-    span = np.minimum(eye[2] / down, reach / np.hypot(rays[:, 0], rays[:, 1]).clip(1e-9))
-    return np.asarray(eye[:2] + span[:, None] * rays[:, :2])

@@ -1,4 +1,4 @@
-"""H.264 films through the ffmpeg that imageio-ffmpeg finds or brings."""
+"""Films in MP4 and GIF through the ffmpeg that imageio-ffmpeg finds or brings."""
 
 from __future__ import annotations
 
@@ -7,13 +7,33 @@ import subprocess
 from collections.abc import Generator, Iterable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import imageio_ffmpeg
 import numpy as np
 
 from nhtrack.errors import RenderError
 
-__all__ = ["Encoder", "find_encoder", "write_mp4"]
+__all__ = ["FORMATS", "Encoder", "find_encoder", "write_film"]
+
+# What ffmpeg is told for each ending of a file's name.
+FORMATS: dict[str, dict[str, Any]] = {
+    ".mp4": {
+        "codec": "libx264",
+        "pix_fmt_out": "yuv420p",  # because players expect it
+        # The index in front, so that a browser need not fetch the whole file first
+        "output_params": ["-preset", "veryfast", "-crf", "20", "-movflags", "+faststart"],
+    },
+    ".gif": {
+        "codec": "gif",
+        "pix_fmt_out": "pal8",
+        # One palette of the colours that change, and what stands still left out of each picture
+        "output_params": [
+            "-filter_complex",
+            "[0:v]split[a][b];[a]palettegen=stats_mode=diff[p];[b][p]paletteuse=dither=bayer:bayer_scale=4:diff_mode=rectangle",
+        ],
+    },
+}
 
 
 @dataclass(frozen=True)
@@ -48,19 +68,16 @@ def find_encoder() -> Encoder:
     return Encoder(path, listing.stderr.partition("\n")[0].partition(" Copyright")[0])
 
 
-def write_mp4(frames: Iterable[np.ndarray], path: Path, size: tuple[int, int], fps: int) -> None:
-    """Writes frames (height, width, 3) of bytes as H.264 in MP4, playable everywhere and from its first byte on.
+def write_film(frames: Iterable[np.ndarray], path: Path, size: tuple[int, int], fps: int) -> None:
+    """Writes frames (height, width, 3) of bytes in the format that the file's name ends in, one of `FORMATS`.
 
     Raises:
         RenderError: ffmpeg failed while writing.
     """
     find_encoder()
-    # 4:2:0 because players expect it; the index in front so that a browser need not fetch the whole file first
-    options = ["-preset", "veryfast", "-crf", "20", "-movflags", "+faststart"]
     writer: Generator[None, bytes | None, None] = imageio_ffmpeg.write_frames(
-        str(path), size, fps=fps, codec="libx264", pix_fmt_out="yuv420p", quality=None, macro_block_size=2,
-        output_params=options,
-    )  # fmt: skip
+        str(path), size, fps=fps, quality=None, macro_block_size=2, **FORMATS[path.suffix]
+    )
     sent = 0
     try:
         writer.send(None)

@@ -1,4 +1,4 @@
-"""When each frame is, and where the robots are then."""
+"""When each frame is, and what there is to see then."""
 
 from __future__ import annotations
 
@@ -9,13 +9,16 @@ import numpy as np
 from scipy.integrate import cumulative_trapezoid
 
 from nhtrack import se2
+from nhtrack.events import slip_speed, spells
 from nhtrack.recording import Recording
 from nhtrack.simulation.scene import Scene
 
-__all__ = ["LONGEST", "Timeline", "Trail", "make_timeline", "make_trails", "pick_speed"]
+__all__ = ["LONGEST", "Skid", "Timeline", "Trail", "frame_times", "make_timeline", "make_trails", "pick_speed"]
 
 LONGEST = 25.0  # [s] of film, unless a speed is asked for
-_VERTICES = 1500  # of all trails together: each costs some 10 microseconds a frame
+_VERTICES = 800  # of all trails together, unless told otherwise: each costs some 10 microseconds a frame
+_SKIDS = 300  # of all skid marks together
+_OWN_PLACE = 1e-3  # [m] a place nearer than this to the robot that is followed is that robot's own
 _STILL, _TURN_WEIGHT = 1e-6, 0.3  # [m] shorter steps have no direction; [m/rad] of path that a turn is worth
 _SPEEDS = np.array([1, 2, 3, 4, 5, 6, 8, 10, 12, 15, 20, 25, 30, 40, 50, 60, 80, 100])
 
@@ -34,6 +37,19 @@ class Trail:
 
 
 @dataclass(frozen=True)
+class Skid:
+    """A stretch of floor that a sliding wheel went over.
+
+    Attributes:
+        time: robot time at its end [s].
+        points: its ends on the floor [m], shape (2, 2).
+    """
+
+    time: float
+    points: np.ndarray
+
+
+@dataclass(frozen=True)
 class Timeline:
     """A film's frames and the state of the scene in each, f frames and n robots.
 
@@ -45,6 +61,10 @@ class Timeline:
         trails: where each robot went, as polylines of few vertices.
         speed: robot seconds per second of film.
         fps: frames per second of film.
+        twin: poses of the robots of the ideal twin, shape (f, n, 3), NaN where they are unknown, or None.
+        slot: poses the robots ought to take, shape (f, n, 3), NaN where that is another robot's pose.
+        utilisation: share of friction that each wheel uses, shape (f, n, 2), or None.
+        skids: where wheels slid, in the order of their times.
     """
 
     time: np.ndarray
@@ -54,6 +74,10 @@ class Timeline:
     trails: tuple[Trail, ...]
     speed: float
     fps: int
+    twin: np.ndarray | None = None
+    slot: np.ndarray | None = None
+    utilisation: np.ndarray | None = None
+    skids: tuple[Skid, ...] = ()
 
     def __len__(self) -> int:
         """Returns the number of frames."""
@@ -66,24 +90,79 @@ def pick_speed(duration: float) -> float:
     return float(fitting[0]) if fitting.size else float(np.ceil(duration / LONGEST / 100) * 100)
 
 
-def make_timeline(recording: Recording, scene: Scene, fps: int, speed: float | None) -> Timeline:
-    """Returns the frames of a recording, its samples interpolated linearly to the frames' times."""
-    time = recording.time
+def frame_times(time: np.ndarray, fps: int, speed: float | None) -> tuple[np.ndarray, float]:
+    """Returns the robot time of each frame [s], shape (f,), and the robot seconds per second of film."""
     duration = float(time[-1] - time[0])
     rate = pick_speed(duration) if speed is None else speed
     frames = int(np.floor(duration / rate * fps + 1e-9)) + 1
-    at = np.minimum(time[0] + np.arange(frames) * rate / fps, time[-1])
+    return np.minimum(time[0] + np.arange(frames) * rate / fps, time[-1]), rate
+
+
+def make_timeline(
+    recording: Recording, scene: Scene, fps: int, speed: float | None, vertices: int = _VERTICES
+) -> Timeline:
+    """Returns the frames of a recording, its samples interpolated linearly to the frames' times.
+
+    Args:
+        recording: the run.
+        scene: the one it was made in.
+        fps: frames per second of film.
+        speed: robot seconds per second of film, or None for `pick_speed`.
+        vertices: how many all trails may have together.
+    """
+    time = recording.time
+    at, rate = frame_times(time, fps, speed)
     error = recording["error"].values
     distance = np.hypot(error[..., 0], error[..., 1])
+    used = recording["friction_utilisation"].values if "friction_utilisation" in recording.dataset else None
     return Timeline(
         time=at,
         pose=_interpolate(time, recording["pose"].values, at),
         qpos=_configuration(recording, scene, at),
         distance=_interpolate(time, distance, at),
-        trails=make_trails(time, recording["pose"].values, _VERTICES),
+        trails=make_trails(time, recording["pose"].values, vertices),
         speed=rate,
         fps=fps,
+        twin=_interpolate(time, recording["ideal_pose"].values, at) if recording.has_twin else None,
+        slot=_interpolate(time, _slots(recording), at),
+        utilisation=None if used is None else _interpolate(time, used, at),
+        skids=_skids(recording),
     )
+
+
+def _slots(recording: Recording) -> np.ndarray:
+    """Returns what each robot was told to track, NaN where that is just the robot it follows; shape (t, n, 3)."""
+    pose = recording["pose"].values
+    if "leader_pose" not in recording.dataset:
+        return np.full_like(pose, np.nan)
+    slots = recording["leader_pose"].values.copy()
+    for place, name in enumerate(recording.robots):
+        parents = [recording.robots.index(parent) for parent in recording.parents[name]]
+        if len(parents) == 1:
+            away = np.hypot(*np.moveaxis(slots[:, place, :2] - pose[:, parents[0], :2], -1, 0))
+            if np.nanmax(away) < _OWN_PLACE:
+                slots[:, place] = np.nan
+    return np.asarray(slots)
+
+
+def _skids(recording: Recording) -> tuple[Skid, ...]:
+    """Returns the stretches of floor that sliding wheels went over, a limited number of them."""
+    known = {"longitudinal_slip", "lateral_slip", "friction_utilisation"} <= set(recording.dataset.data_vars)
+    if not known or "half_separation" not in recording.dataset.attrs:
+        return ()
+    b, pose = float(recording.dataset.attrs["half_separation"]), recording["pose"].values
+    across = np.array([[0.0, b], [0.0, -b]])
+    wheels = np.asarray(se2.act(pose[:, :, None], np.broadcast_to(across, (*pose.shape[:2], 2, 2))))
+    sliding = slip_speed(recording) > 0
+    stride = max(1, int(np.ceil(sliding.sum() / _SKIDS)))
+    skids = []
+    for robot, wheel in zip(*np.nonzero(sliding.any(axis=0)), strict=True):
+        for first, last in zip(*spells(sliding[:, robot, wheel]), strict=True):
+            # The first row stands for the period before it: the mark begins where that began
+            rows = np.unique(np.append(np.arange(max(first - 1, 0), last, stride), last))
+            track = wheels[rows, robot, wheel]
+            skids += [Skid(float(recording.time[row]), track[k : k + 2]) for k, row in enumerate(rows[1:])]
+    return tuple(sorted(skids, key=lambda skid: skid.time))
 
 
 def make_trails(time: np.ndarray, pose: np.ndarray, vertices: int) -> tuple[Trail, ...]:

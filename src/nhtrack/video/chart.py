@@ -1,0 +1,118 @@
+"""The live plot of a split screen: errors over time, drawn up to now."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
+
+from nhtrack.metrics import heading_error, position_error, position_gap
+from nhtrack.plots.style import BAND_COLOUR, CROWD, styled
+from nhtrack.recording import Recording
+from nhtrack.simulation.scene import SceneSpec
+from nhtrack.video.timeline import Timeline
+
+__all__ = ["Beside", "Chart", "split"]
+
+_WIDE = 1.5  # width over height from which the plot stands beside the view, else below it
+_BESIDE, _BELOW = 0.36, 0.42  # share of the picture that the plot takes
+_DECADES = 6  # below the largest value that an axis shows at most
+_PALE = 0.16  # opacity of what is yet to come
+
+
+class Beside(NamedTuple):
+    """Where the plot is in the picture: its upper left corner and its size [pixels]."""
+
+    corner: tuple[int, int]
+    size: tuple[int, int]
+
+
+def split(size: tuple[int, int]) -> tuple[tuple[int, int], Beside]:
+    """Returns the size of the camera's view, at the picture's upper left, and where the plot is [pixels]."""
+    width, height = size
+    if width / height >= _WIDE:
+        view = round(width * (1 - _BESIDE)) // 2 * 2
+        return (view, height), Beside((view, 0), (width - view, height))
+    view = round(height * (1 - _BELOW)) // 2 * 2
+    return (width, view), Beside((0, view), (width, height - view))
+
+
+class Chart:
+    """Position error, heading error and gap to the ideal twin; all is drawn once, pale and full.
+
+    Args:
+        recording: the run.
+        timeline: the film.
+        size: width and height [pixels].
+    """
+
+    def __init__(self, recording: Recording, timeline: Timeline, size: tuple[int, int]) -> None:
+        self._pale, self._spans = _draw(recording, size, _PALE)
+        self._full, _ = _draw(recording, size, 1.0)
+        duration = max(float(recording.time[-1] - recording.time[0]), 1e-12)
+        self._share = (timeline.time - recording.time[0]) / duration
+
+    def draw(self, frame: int) -> np.ndarray:
+        """Returns the plot at a frame, bytes of shape (height, width, 3)."""
+        picture = self._pale.copy()
+        for first, last in self._spans:
+            now = round(first + (last - first) * float(self._share[frame]))
+            picture[:, round(first) : now + 1] = self._full[:, round(first) : now + 1]
+        return picture
+
+
+@styled
+def _draw(recording: Recording, size: tuple[int, int], opacity: float) -> tuple[np.ndarray, list[tuple[float, float]]]:
+    """Returns the plot with all curves of one opacity, and the columns of each panel's first and last time [pixels]."""
+    unit = min(size[0] / 260, size[1] / 200)
+    dpi = 100 * unit
+    figure = Figure((size[0] / dpi, size[1] / dpi), dpi=dpi, layout="constrained")
+    FigureCanvasAgg(figure)
+    curves = _curves(recording)
+    stacked = size[1] >= size[0]
+    shape = (len(curves), 1) if stacked else (1, len(curves))
+    panels = list(figure.subplots(*shape, squeeze=False).flat)
+    for axes, (title, values) in zip(panels, curves.items(), strict=True):
+        _draw_panel(axes, recording, values, opacity)
+        axes.set_title(title, fontsize=6.5, loc="left")
+        axes.tick_params(labelsize=5.5)
+        if not stacked or axes is panels[-1]:
+            axes.set_xlabel("time [s]", fontsize=6)
+    figure.canvas.draw()
+    picture = np.asarray(figure.canvas.buffer_rgba())[: size[1], : size[0], :3].copy()  # type: ignore[attr-defined]
+    ends = [axes.transData.transform([(recording.time[0], 1.0), (recording.time[-1], 1.0)]) for axes in panels]
+    return picture, [(float(pair[0, 0]), float(pair[1, 0])) for pair in ends]
+
+
+def _curves(recording: Recording) -> dict[str, np.ndarray]:
+    """Returns what the plot shows, by its title, each of shape (t, n)."""
+    curves = {
+        "position error [m]": position_error(recording),
+        "heading error [rad]": np.abs(heading_error(recording)),
+    }
+    if recording.has_twin:
+        curves["gap to ideal twin [m]"] = position_gap(recording)
+    return curves
+
+
+def _draw_panel(axes: Axes, recording: Recording, values: np.ndarray, opacity: float) -> None:
+    colour = SceneSpec.from_json(recording.dataset.attrs["scene"]).colour
+    known = np.where(np.isfinite(values) & (values > 0), values, np.nan)
+    drawn = np.flatnonzero(np.isfinite(known).any(axis=0))
+    if drawn.size == 0:
+        return
+    if drawn.size > CROWD:
+        low, middle, high = np.nanpercentile(known[:, drawn], [0, 50, 100], axis=1)
+        axes.fill_between(recording.time, low, high, color=BAND_COLOUR, alpha=0.3 * opacity, linewidth=0)
+        axes.plot(recording.time, middle, color=BAND_COLOUR, alpha=opacity, linewidth=1.0)
+    for place in drawn if drawn.size <= CROWD else ():
+        axes.plot(recording.time, known[:, place], color=colour(int(place)), alpha=opacity, linewidth=1.0)
+    top = float(np.nanmax(known))
+    axes.set_yscale("log")
+    axes.set_ylim(max(float(np.nanmin(known)) / 1.5, top * 10.0**-_DECADES), 1.8 * top)
+    axes.set_xlim(recording.time[0], recording.time[-1] if recording.time.size > 1 else recording.time[0] + 1)
+    axes.xaxis.set_major_locator(MaxNLocator(4))

@@ -1,0 +1,69 @@
+"""Frames in their order, drawn here or by a crew of processes.
+
+A frame depends on nothing but the recording and its number, so whoever draws it draws the same pixels.
+"""
+
+from __future__ import annotations
+
+import signal
+from collections import deque
+from collections.abc import Generator
+from concurrent.futures import Future, ProcessPoolExecutor
+from multiprocessing import get_context
+
+import numpy as np
+
+from nhtrack import gl
+from nhtrack.recording import Recording
+from nhtrack.video.look import Look
+from nhtrack.video.painter import Painter
+from nhtrack.video.timeline import frame_times
+
+__all__ = ["Pictures", "painted"]
+
+Pictures = Generator[np.ndarray, None, None]
+
+_AHEAD = 4  # frames a worker may be ahead of the film: enough to even out, few enough to hold in memory
+_WORTH = 60  # frames below which another process costs more than it draws
+
+
+def painted(recording: Recording, look: Look, workers: int) -> tuple[int, Pictures]:
+    """Returns how many frames a film has, and a generator of their pictures, bytes of shape (height, width, 3)."""
+    total = len(frame_times(recording.time, look.fps, look.speed)[0])
+    crew = min(workers, max(1, total // _WORTH))
+    return total, (_alone(recording, look) if crew == 1 else _together(recording, look, crew, total))
+
+
+def _alone(recording: Recording, look: Look) -> Pictures:
+    with Painter(recording, look) as painter:
+        for frame in range(len(painter)):
+            yield painter.paint(frame)
+
+
+def _together(recording: Recording, look: Look, workers: int, total: int) -> Pictures:
+    start = (Recording(recording.dataset.load()), look, gl.choose_backend())
+    with ProcessPoolExecutor(workers, get_context("spawn"), initializer=_begin, initargs=start) as pool:
+        waiting: deque[Future[np.ndarray]] = deque()
+        try:
+            for frame in range(total):
+                waiting.append(pool.submit(_paint, frame))
+                if len(waiting) > _AHEAD * workers:
+                    yield waiting.popleft().result()
+            while waiting:
+                yield waiting.popleft().result()
+        finally:
+            pool.shutdown(wait=False, cancel_futures=True)
+
+
+_painter: Painter | None = None  # of this worker process
+
+
+def _begin(recording: Recording, look: Look, backend: str) -> None:
+    global _painter
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the process that shows the film ends its crew
+    _painter = Painter(recording, look, backend)
+
+
+def _paint(frame: int) -> np.ndarray:
+    assert _painter is not None
+    return _painter.paint(frame)
