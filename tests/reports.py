@@ -15,7 +15,7 @@ from nhtrack.scenario.laws import load_laws
 from nhtrack.scenario.load import load
 from nhtrack.study.compare import compare
 from nhtrack.study.comparison import Comparison
-from nhtrack.video.encode import write_mp4
+from nhtrack.video.encode import write_film
 from recordings import HALF_SEPARATION, WHEEL_RADIUS, synthetic_recording
 
 HOSTILE = "<script>alert(1)</script>"
@@ -62,7 +62,7 @@ def write_report(recording: Recording, path: Path, **extras: Any) -> Path:
 def write_pictures(path: Path, count: int, fps: int = 25) -> Path:
     """Writes a small film of so many pictures, each brighter than the one before."""
     size = (160, 120)
-    write_mp4((np.full((size[1], size[0], 3), 2 * k, np.uint8) for k in range(count)), path, size, fps)
+    write_film((np.full((size[1], size[0], 3), 2 * k, np.uint8) for k in range(count)), path, size, fps)
     return path
 
 

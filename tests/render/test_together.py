@@ -18,7 +18,7 @@ from nhtrack.simulation.palette import robot_colour
 from nhtrack.simulation.scene import SceneSpec, make_scene
 from nhtrack.study.compare import compare
 from nhtrack.study.comparison import Comparison, room_of
-from nhtrack.video import camera, overlay, stage, timeline
+from nhtrack.video import camera, letters, overlay, stage, timeline
 from nhtrack.video.together import together
 from recordings import robot_names, synthetic_recording
 
@@ -116,7 +116,7 @@ def test_the_legend_names_every_law_in_its_colour(laws: int) -> None:
     scene = make_scene(SceneSpec.from_json(merged.dataset.attrs["scene"]))
     line = timeline.make_timeline(merged, scene, 1, None)
     plain = np.full((480, 640, 3), 90, np.uint8)
-    written = overlay.Overlay(merged, line, SIZE).write(plain, 0, None)
+    written = overlay.Overlay(merged, line, SIZE).write(plain, 0)
     panel = written[:, : 640 - 180]  # without the map
     places = []
     for place in range(1, laws + 1):
@@ -141,7 +141,7 @@ def test_the_legend_tells_the_worst_of_a_law_and_whose_run_ended() -> None:
     worst = np.hypot(*np.moveaxis(runs["law-0"]["error"].values[-1, 1:, :2], -1, 0)).max()
     told = over._errors(frame)
     assert [text.split("  ")[0] for text, _ in told] == ["worst of 3 followers", "law-0", "law-1", "short"]
-    assert told[1] == (f"law-0  {overlay._length(worst)}", robot_colour(1))
+    assert told[1] == (f"law-0  {letters.length(worst)}", robot_colour(1))
     assert told[3] == ("short  ended", robot_colour(3))
     assert over._errors(0)[3][0] != "short  ended"
 

@@ -2,17 +2,35 @@
 
 from __future__ import annotations
 
+import multiprocessing
+from dataclasses import replace
+
 import imageio_ffmpeg
 import mujoco
 import numpy as np
 import pytest
+from PIL import Image
 
 from nhtrack import gl, se2, video
 from nhtrack.errors import RecordingError, RenderError
 from nhtrack.simulation.palette import robot_colour
 from nhtrack.simulation.scene import SceneSpec, make_scene
-from nhtrack.video import camera, encode, overlay, stage, timeline
-from recordings import robot_names, synthetic_recording
+from nhtrack.video import (
+    bodies,
+    camera,
+    chart,
+    crew,
+    encode,
+    legend,
+    letters,
+    look,
+    map,
+    overlay,
+    painter,
+    stage,
+    timeline,
+)
+from recordings import HALF_SEPARATION, robot_names, synthetic_recording
 
 SMALL = (320, 240)
 
@@ -142,14 +160,6 @@ def test_chase_looks_the_way_the_root_goes():
     assert np.abs(np.radians(path.azimuth) - line.pose[:, 0, 2]).max() < 0.6
 
 
-def test_footprint_is_the_floor_in_the_corners():
-    _, _, path = film(filmable())
-    corners = camera.floor_footprint(path, 5, 40.0, 4 / 3, reach=50.0)
-    expected = [(0, 480), (640, 480), (640, 0), (0, 0)]
-    for corner, pixel in zip(corners, expected, strict=True):
-        assert projected(path, 5, np.array([*corner, 0.0]), 40.0, (640, 480)) == pytest.approx(pixel, abs=1e-6)
-
-
 def test_unknown_camera():
     with pytest.raises(RenderError, match="no camera 'isometrc'; did you mean 'isometric'"):
         camera.plan_camera("isometrc", np.zeros((2, 1, 3)), 40.0, 1.0, 30)
@@ -157,13 +167,16 @@ def test_unknown_camera():
 
 def test_coincident_robots_show_the_last():
     positions = np.array([[0.0, 0.0], [0.001, 0.0], [1.0, 0.0]])
-    assert stage.fading(positions) == pytest.approx([0.0, 1.0, 1.0])
-    assert 0.0 < stage.fading(np.array([[0.0, 0.0], [0.04, 0.0]]))[0] < 1.0
+    assert bodies.fading(positions) == pytest.approx([0.0, 1.0, 1.0])
+    assert 0.0 < bodies.fading(np.array([[0.0, 0.0], [0.04, 0.0]]))[0] < 1.0
 
 
-@pytest.mark.parametrize(("metres", "text"), [(2.0, " 2.00 m"), (0.123, " 12.3 cm"), (0.0012, " 1.20 mm")])
+@pytest.mark.parametrize(
+    ("metres", "text"),
+    [(2.0, " 2.00 m"), (0.123, " 12.3 cm"), (0.0012, " 1.20 mm"), (3.2e-7, "  0.3 µm"), (0.0, "  0.0 µm")],
+)
 def test_lengths_have_a_unit_that_suits_them(metres, text):
-    assert overlay._length(metres) == text
+    assert letters.length(metres) == text
 
 
 # --- pictures ---------------------------------------------------------------------------------------------------------
@@ -175,7 +188,7 @@ def test_robots_are_drawn_where_they_are_and_move():
     scene, line, path = film(recording, (640, 480))
     fovy = float(scene.model.vis.global_.fovy)
     with stage.Stage(scene, line, path, (640, 480)) as drawn:
-        drawn._timeline = timeline.Timeline(line.time, line.pose, line.qpos, line.distance, (), line.speed, line.fps)
+        drawn._floor._timeline = replace(line, trails=())
         centres = []
         for frame in (0, 2, 3):
             picture = drawn.draw(frame)
@@ -201,7 +214,7 @@ def test_heading_is_visible():
             qpos, pose = line.qpos.copy(), line.pose.copy()
             pose[frame, 1, 2] = np.radians(path.azimuth[frame]) - np.pi / 2 + turn  # to the right, to the left
             qpos[frame] = scene.qpos_of(pose[frame], np.zeros((2, 2)))
-            drawn._timeline = timeline.Timeline(line.time, pose, qpos, line.distance, (), line.speed, line.fps)
+            drawn._timeline = drawn._floor._timeline = replace(line, pose=pose, qpos=qpos, trails=())
             picture = drawn.draw(frame)
             body = pixels_of(picture, 1)
             low, high = body.min(axis=0), body.max(axis=0)
@@ -229,9 +242,12 @@ def test_virtual_leader_is_a_marker_in_its_place():
 def test_trails_are_drawn_up_to_now():
     recording = filmable()
     scene, line, path = film(recording, (640, 480), name="isometric")
-    with stage.Stage(scene, line, path, (640, 480)) as drawn:
-        early, late = (len(pixels_of(drawn.draw(frame), 0)) for frame in (0, len(line) - 1))
-    assert late > early + 300
+    seen = {}
+    for name, speed in {"fresh": 1000.0, "old": 1.0}.items():  # at this pace nothing is old, at that all but the end
+        with stage.Stage(scene, replace(line, speed=speed), path, (640, 480)) as drawn:
+            seen[name] = [len(pixels_of(drawn.draw(frame), 0)) for frame in (0, len(line) - 1)]
+    assert seen["fresh"][1] > seen["fresh"][0] + 300
+    assert seen["old"][1] < seen["fresh"][1] - 200
 
 
 @pytest.mark.slow
@@ -256,11 +272,222 @@ def test_overlay_is_written_over_the_picture_and_nowhere_else():
     recording = filmable(15)
     _, line, _ = film(recording, (640, 480))
     plain = np.full((480, 640, 3), 90, np.uint8)
-    written = overlay.Overlay(recording, line, (640, 480)).write(plain, 0, None)
+    written = overlay.Overlay(recording, line, (640, 480)).write(plain, 0)
     changed = np.argwhere((written != plain).any(axis=-1))
     assert changed[:, 0].max() < 480 * 0.45
     assert (written[300:] == 90).all()
     assert (written[20:60, 260:380] == 90).all()  # between title and map
+
+
+# --- twins, slots, wheels and skid marks ------------------------------------------------------------------------------
+
+
+def parted(apart: float = 0.3, samples: int = 81):
+    """Returns a filmable run on wheels whose twins are so far [m] beside their robots."""
+    recording = synthetic_recording(1, samples=samples, scene=SceneSpec(robot_names(1)).to_json())
+    pose = recording["pose"].values
+    side = np.zeros(2)
+    side[1] = apart
+    twin = pose.copy()
+    twin[..., :2] += np.asarray(se2.rotate(pose[..., 2], np.broadcast_to(side, (*pose.shape[:-1], 2))))
+    recording.dataset["ideal_pose"] = (recording["pose"].dims, twin)
+    recording.dataset.attrs["half_separation"] = HALF_SEPARATION
+    return recording
+
+
+def test_twins_of_wheels_are_shown_and_of_ideal_runs_not():
+    _, line, _ = film(parted())
+    assert line.twin == pytest.approx(line.pose + (line.twin - line.pose))
+    assert np.hypot(*(line.twin - line.pose)[..., :2].reshape(-1, 2).T) == pytest.approx(0.3, abs=0.01)
+    assert film(filmable())[1].twin is None
+
+
+def test_wheels_of_twins_roll_without_slip():
+    pose = np.zeros((101, 1, 3))
+    angle = np.linspace(0, 2 * np.pi, 101)
+    pose[:, 0] = np.stack([np.sin(angle), 1 - np.cos(angle), angle], axis=-1)  # a circle of 1 m, to the left
+    turned = bodies.wheel_angles(pose, 0.05, 0.2)[-1, 0]
+    assert turned == pytest.approx([2 * np.pi * 0.8 / 0.05, 2 * np.pi * 1.2 / 0.05], rel=1e-3)
+
+
+def test_slots_are_those_that_are_not_a_robots_own_pose():
+    recording = filmable(2, samples=41)
+    pose = recording["pose"].values
+    tracked = np.full_like(pose, np.nan)
+    tracked[:, 1:] = pose[:, :1]
+    recording.dataset["leader_pose"] = (recording["pose"].dims, tracked)
+    assert np.isnan(film(recording)[1].slot).all()
+    tracked[:, 2, 0] += 0.4
+    slot = film(recording)[1].slot
+    assert np.isnan(slot[:, :2]).all()
+    assert slot[:, 2, 0] == pytest.approx(film(recording)[1].pose[:, 0, 0] + 0.4)
+
+
+def test_skid_marks_lie_where_a_sliding_wheel_went():
+    recording = parted(samples=81)
+    shape = recording["friction_utilisation"].shape
+    used, slip = np.zeros(shape), np.zeros(shape)
+    used[20:31, 1, 0], slip[20:31, 1, 0] = 1.0, 0.05
+    recording.dataset["friction_utilisation"][:] = used
+    recording.dataset["longitudinal_slip"][:] = slip
+    recording.dataset["lateral_slip"][:] = 0.0
+    _, line, _ = film(recording)
+    pose = recording["pose"].values
+    left = np.asarray(se2.act(pose[:, 1], np.broadcast_to([0.0, HALF_SEPARATION], (len(pose), 2))))
+    assert line.skids[0].points[0] == pytest.approx(left[19])
+    assert line.skids[-1].points[1] == pytest.approx(left[30])
+    assert [skid.time for skid in line.skids] == pytest.approx(recording.time[20:31])
+    for before, after in zip(line.skids, line.skids[1:], strict=False):
+        assert before.points[1] == pytest.approx(after.points[0])
+
+
+def test_many_skid_marks_are_thinned():
+    recording = parted(samples=2001)
+    recording.dataset["friction_utilisation"][:] = 1.0
+    recording.dataset["longitudinal_slip"][:] = 1.0
+    assert 0.5 * timeline._SKIDS < len(film(recording)[1].skids) < 1.1 * timeline._SKIDS
+
+
+@pytest.mark.parametrize("share", [0.0, 0.3, 0.9, 1.0, 1.7, np.inf, np.nan])
+def test_wheels_grow_brighter_as_they_use_their_friction(share):
+    dark = np.array([0.05, 0.05, 0.05])
+    colour = bodies.utilisation_colour(share, dark)
+    assert ((colour >= 0) & (colour <= 1)).all()
+    if share >= 1:
+        assert colour == pytest.approx(bodies.utilisation_colour(1.0, dark))
+    weight = np.array([0.30, 0.59, 0.11])
+    ramp = [bodies.utilisation_colour(value, dark) @ weight for value in np.linspace(0, 1, 21)]
+    assert (np.diff(ramp) > 0).all()
+
+
+@pytest.mark.slow
+def test_ghosts_show_where_twins_are_and_nothing_where_they_coincide():
+    frame, bare = 3, {}
+    for name in ("with", "without"):
+        scene, line, path = film(parted(), (640, 480))
+        with stage.Stage(scene, line if name == "with" else replace(line, twin=None), path, (640, 480)) as drawn:
+            bare[name] = drawn.draw(frame).astype(float)
+    fovy = float(scene.model.vis.global_.fovy)
+    changed = np.argwhere(np.abs(bare["with"] - bare["without"]).max(axis=-1) > 25)[:, ::-1]
+    places = [projected(path, frame, np.array([*twin[:2], 0.03]), fovy, (640, 480)) for twin in line.twin[frame]]
+    nearest = np.min([np.linalg.norm(changed - place, axis=-1) for place in places], axis=0)
+    assert len(changed) > 200
+    assert np.quantile(nearest, 0.95) < 60
+    body = bodies.Bodies(scene)
+    assert body.show_ghosts(line.pose[frame, :, :2], line.twin[frame, :, :2])
+    assert not body.show_ghosts(line.pose[frame, :, :2], line.pose[frame, :, :2])
+    assert not body.show_ghosts(line.pose[frame, :, :2], np.full((2, 2), np.nan))
+
+
+@pytest.mark.slow
+def test_tyres_take_the_colour_of_their_use():
+    scene, line, path = film(parted(), (640, 480))
+    with stage.Stage(scene, line, path, (640, 480)) as drawn:
+        drawn.draw(3)
+        for place in (0, 1):
+            for wheel, geoms in enumerate(drawn._bodies._parts[place].tyres):
+                assert geoms.size
+                assert all("tread" in scene.model.geom(k).name or "wall" in scene.model.geom(k).name for k in geoms)
+                dark = drawn._bodies._dark[place][wheel]
+                wanted = bodies.utilisation_colour(float(line.utilisation[3, place, wheel]), dark)
+                drawn._bodies.show(line.pose[3, :, :2], line.utilisation[3])
+                assert scene.model.geom_rgba[geoms[0], :3] == pytest.approx(wanted, abs=1e-6)
+
+
+# --- live plot, legend, map -------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("size", [(640, 480), (1280, 720), (1920, 1080), (480, 640)])
+def test_split_screen_fills_the_picture(size):
+    view, beside = chart.split(size)
+    across = view[0] + beside.size[0] == size[0] and beside.size[1] == size[1] == view[1]
+    above = view[1] + beside.size[1] == size[1] and beside.size[0] == size[0] == view[0]
+    assert across != above
+    assert beside.corner == ((view[0], 0) if across else (0, view[1]))
+    assert view[0] % 2 == view[1] % 2 == 0
+
+
+@pytest.mark.parametrize("followers", [1, 15])
+def test_live_plot_is_drawn_up_to_now(followers):
+    recording = filmable(followers)
+    _, line, _ = film(recording, fps=10)
+    live = chart.Chart(recording, line, (460, 720))
+    first, middle, last = (live.draw(frame) for frame in (0, len(line) // 2, len(line) - 1))
+    assert first.shape == (720, 460, 3)
+    changed = np.flatnonzero((middle != first).any(axis=(0, 2)))
+    later = np.flatnonzero((last != middle).any(axis=(0, 2)))
+    assert changed.max() <= later.min()
+    assert later.size == pytest.approx(changed.size, rel=0.2)
+
+
+def test_legend_names_what_there_is():
+    _, line, _ = film(parted())
+    assert [text for *_, text in legend._signs(line)] == ["ideal twin", "friction used, 0 to 100 %"]
+    assert legend.draw_legend(film(filmable())[1], 1.0) is None
+    assert legend.draw_legend(line, 1.0).height == 20
+    assert legend.draw_legend(replace(line, twin=None, utilisation=None, slot=None, skids=()), 1.0) is None
+
+
+@pytest.mark.parametrize(
+    ("longest", "bar"), [(0.9, 0.5), (1.0, 1.0), (2.3, 2.0), (0.07, 0.05), (49.0, 20.0), (50.0, 50.0)]
+)
+def test_scale_bars_are_round(longest, bar):
+    assert map.round_length(longest) == pytest.approx(bar)
+
+
+# --- processes, qualities, formats ------------------------------------------------------------------------------------
+
+
+@pytest.mark.slow
+def test_two_processes_draw_the_same_pixels_as_one(monkeypatch):
+    monkeypatch.setattr(crew, "_WORTH", 4)
+    told: list[tuple[int, int]] = []
+    options = {"size": SMALL, "fps": 1, "speed": 4.0}
+    one = list(video.frames(parted(), **options))
+    two = list(video.frames(parted(), **options, processes=2, progress=lambda *n: told.append(n)))
+    assert len(one) == len(two) == 21
+    assert all(np.array_equal(a, b) for a, b in zip(one, two, strict=True))
+    assert told == [(k, 21) for k in range(1, 22)]
+
+
+@pytest.mark.slow
+def test_film_left_half_way_ends_its_processes(monkeypatch):
+    monkeypatch.setattr(crew, "_WORTH", 4)
+    pictures = video.frames(parted(), size=SMALL, fps=1, speed=1.0, processes=2)
+    next(pictures)
+    pictures.close()
+    assert not multiprocessing.active_children()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["split", "group"])
+@pytest.mark.parametrize("quality", ["draft", "high"])
+def test_every_quality_draws(name, quality):
+    pictures = list(video.frames(filmable(samples=21), size=SMALL, fps=1, camera=name, quality=quality, speed=20.0))
+    assert all(picture.shape == (240, 320, 3) and picture.std() > 5 for picture in pictures)
+
+
+@pytest.mark.slow
+def test_draft_has_no_shadow_and_normal_has():
+    scene, line, path = film(filmable(), (640, 480))
+    bright = {}
+    for quality in ("draft", "normal"):
+        with stage.Stage(scene, replace(line, trails=()), path, (640, 480), look.QUALITIES[quality]) as drawn:
+            bright[quality] = drawn.draw(len(line) - 1).astype(float).mean(axis=-1)
+    floor = bright["draft"] > 140
+    assert (floor & (bright["normal"] < bright["draft"] - 30)).sum() > 150
+
+
+@pytest.mark.slow
+def test_animation_is_a_gif_of_the_right_pace(tmp_path):
+    path = video.render(filmable(samples=81), tmp_path / "film.gif", size=SMALL, fps=10, speed=16.0)
+    with Image.open(path) as animation:
+        assert animation.format == "GIF"
+        assert animation.n_frames == 51
+        assert animation.size == SMALL
+        assert animation.info["duration"] == 100
+        assert animation.info["loop"] == 0
+    assert list(tmp_path.iterdir()) == [path]
 
 
 # --- files ------------------------------------------------------------------------------------------------------------
@@ -307,14 +534,15 @@ def test_film_cut_short_by_the_disk_is_an_error(tmp_path, monkeypatch):
     monkeypatch.setattr(imageio_ffmpeg, "count_frames_and_secs", lambda _: (1, 0.1))
     pictures = [np.full((64, 64, 3), k, np.uint8) for k in range(5)]
     with pytest.raises(RenderError, match="ffmpeg wrote 1 of 5 frames"):
-        encode.write_mp4(pictures, tmp_path / "film.mp4", (64, 64), 10)
+        encode.write_film(pictures, tmp_path / "film.mp4", (64, 64), 10)
 
 
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ({"path": "film.avi"}, r"film.avi: films are MP4; expected a name ending in .mp4"),
+        ({"path": "film.avi"}, r"film.avi: expected a name ending in .mp4 or .gif"),
         ({"camera": "grup"}, "no camera 'grup'; did you mean 'group'"),
+        ({"quality": "hihg"}, "no quality 'hihg'; did you mean 'high'"),
         ({"size": (641, 480)}, "size 641 x 480: expected even numbers"),
         ({"fps": 0}, "fps 0: expected at least 1"),
         ({"speed": 0.0}, "speed 0.0: expected a positive number"),
@@ -333,7 +561,7 @@ def test_missing_opengl_stops_before_any_work(tmp_path, monkeypatch):
         raise RenderError("no off-screen OpenGL: install libegl1")
 
     monkeypatch.setattr(gl, "choose_backend", nothing_draws)
-    monkeypatch.setattr(video, "make_scene", lambda _: pytest.fail("work was begun"))
+    monkeypatch.setattr(painter, "make_scene", lambda _: pytest.fail("work was begun"))
     with pytest.raises(RenderError, match="install libegl1"):
         video.render(filmable(samples=5), tmp_path / "film.mp4")
     assert list(tmp_path.iterdir()) == []

@@ -13,7 +13,7 @@ from rich.table import Table
 
 from nhtrack.cli.app import EXIT_DIVERGED, EXIT_INTERRUPTED, app, fail
 from nhtrack.cli.results import Backend, load_scenario
-from nhtrack.cli.screen import make_table, progress_bars, show_metres, show_quantity, show_share
+from nhtrack.cli.screen import cores, make_table, progress_bars, show_metres, show_quantity, show_share
 
 if TYPE_CHECKING:
     from nhtrack.scenario.schema import Scenario
@@ -69,7 +69,7 @@ def compare(
 
     made = {"figures": not no_figures, "video": not no_video, "report": not no_report}
     with progress_bars() as stage:
-        found = study(loaded, wanted, out, search=search, overwrite=force, **made, stage=stage)
+        found = study(loaded, wanted, out, search=search, overwrite=force, **made, processes=cores(), stage=stage)
     _print_comparison(found, Console())
     if found.interrupted:
         fail("interrupted; what was recorded until then is kept", EXIT_INTERRUPTED)

@@ -11,7 +11,7 @@ import typer
 from rich.console import Console
 
 from nhtrack.cli.app import EXIT_DIVERGED, EXIT_INTERRUPTED, app, fail
-from nhtrack.cli.screen import print_outcome, progress_bars
+from nhtrack.cli.screen import cores, print_outcome, progress_bars
 
 if TYPE_CHECKING:
     from nhtrack.scenario.schema import Scenario
@@ -31,6 +31,15 @@ class Camera(StrEnum):
     top = "top"
     isometric = "isometric"
     chase = "chase"
+    split = "split"  # type: ignore[assignment]  # a string has a method of that name
+
+
+class Quality(StrEnum):
+    """What is spent on the film's pictures."""
+
+    draft = "draft"
+    normal = "normal"
+    high = "high"
 
 
 @app.command()
@@ -58,7 +67,7 @@ def run(
 
     made = {"figures": not no_figures, "video": not no_video, "report": not no_report}
     with progress_bars() as stage:
-        outcome = run_scenario(loaded, out, overwrite=force, **made, stage=stage)
+        outcome = run_scenario(loaded, out, overwrite=force, **made, processes=cores(), stage=stage)
     print_outcome(outcome, Console())
     if outcome.failure is not None:
         fail(f"diverged: {outcome.failure}; what was recorded until then is kept", EXIT_DIVERGED)
@@ -80,11 +89,17 @@ def load_scenario(source: str, overrides: list[str]) -> Scenario:
 @app.command()
 def render(
     recording: Annotated[Path, typer.Argument(help="A recording.nc that a run left.")],
-    out: Annotated[Path | None, typer.Option(help="The film; by default renders/<run>.mp4.")] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="The film, .mp4 or .gif; by default renders/<run>.mp4.")
+    ] = None,
     camera: Annotated[Camera | None, typer.Option(help="By default as the scenario says.")] = None,
     size: Annotated[str | None, typer.Option(metavar="WxH", help="Pixels, such as 1280x720.")] = None,
     fps: Annotated[int | None, typer.Option(min=1, max=120, help="Frames per second.")] = None,
     speed: Annotated[float | None, typer.Option(help="Robot seconds per second of film.")] = None,
+    quality: Annotated[Quality | None, typer.Option(help="By default as the scenario says.")] = None,
+    processes: Annotated[
+        int | None, typer.Option(min=1, help="Processes that draw; by default one for each core. Same pixels.")
+    ] = None,
     force: Annotated[bool, typer.Option("--force", help="Replace the film if it exists.")] = False,
 ) -> None:
     """Make a film from a recording; nothing is simulated again."""
@@ -109,6 +124,8 @@ def render(
             size=pixels or wanted.size,
             fps=fps or wanted.fps,
             speed=speed or wanted.speed,
+            quality=quality.value if quality is not None else wanted.quality,
+            processes=processes or cores(),
             progress=stage("video"),
         )
     typer.echo(f"wrote {film}")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, TypeAlias
@@ -20,6 +21,11 @@ Report: TypeAlias = Callable[[int, int], None]
 
 _EVENTS = 12  # rows of the table of events: more would push what matters off the screen
 _REDRAWS = 200  # a bar moves at most this often, so that reporting costs nothing beside a control period
+
+
+def cores() -> int:
+    """Returns how many processes work side by side where nothing else is said."""
+    return os.cpu_count() or 1
 
 
 @contextmanager

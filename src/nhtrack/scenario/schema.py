@@ -591,10 +591,10 @@ Law: TypeAlias = Annotated[
 class Video(Section):
     """How the film of the run is made."""
 
-    camera: Literal["group", "top", "isometric", "chase"] = Field(
+    camera: Literal["group", "top", "isometric", "chase", "split"] = Field(
         default="group",
         description="`group` frames the robots as they move, `top` and `isometric` the whole run, "
-        "`chase` follows one robot",
+        "`chase` follows the root, `split` is `group` beside a live plot of the errors",
     )
     size: Annotated[tuple[Pixels, Pixels], Field(strict=False)] = Field(
         default=(640, 480), description="width, height [pixels]"
@@ -604,6 +604,11 @@ class Video(Section):
         default=None,
         gt=0,
         description="robot seconds per second of film [1]; null picks one that keeps the film short",
+    )
+    quality: Literal["draft", "normal", "high"] = Field(
+        default="normal",
+        description="`draft` has no shadows and no antialiasing; `high` has twice the samples of `normal` and finer "
+        "shadows, for more than 20 robots too",
     )
 
 

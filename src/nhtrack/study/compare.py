@@ -30,6 +30,7 @@ def compare(
     figures: bool = True,
     video: bool = True,
     report: bool = True,
+    processes: int = 1,
     stage: Stage | None = None,
 ) -> Comparison:
     """Runs a scenario under several laws and writes how they did into a folder.
@@ -47,6 +48,7 @@ def compare(
         figures: whether to draw the figure.
         video: whether to make the film.
         report: whether to write the report.
+        processes: how many draw the film, see `nhtrack.video.render`.
         stage: see `nhtrack.study.run.simulate`.
 
     Raises:
@@ -64,7 +66,7 @@ def compare(
     if figures:
         found = _drawn(found)
     if video and found.completed and not found.interrupted:
-        found = _filmed(found, stage)
+        found = _filmed(found, stage, processes)
     return _reported(found) if report else found
 
 
@@ -162,12 +164,12 @@ def _drawn(found: Comparison) -> Comparison:
     return replace(found, files=(*found.files, *drawn))
 
 
-def _filmed(found: Comparison, stage: Stage | None) -> Comparison:
+def _filmed(found: Comparison, stage: Stage | None, processes: int) -> Comparison:
     """Returns a comparison with its film, or with the reason why there is none."""
     from nhtrack.video.together import together
 
     merged = together(found.recordings, room_of(list(found.recordings.values())))
-    film, reasons = make_film(merged, found.scenario.video, found.folder / "video.mp4", stage)
+    film, reasons = make_film(merged, found.scenario.video, found.folder / "video.mp4", stage, processes)
     return replace(found, files=(*found.files, *film), skipped=(*found.skipped, *reasons))
 
 

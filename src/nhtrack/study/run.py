@@ -127,6 +127,7 @@ def run_scenario(
     figures: bool = True,
     video: bool = True,
     report: bool = True,
+    processes: int = 1,
     stage: Stage | None = None,
 ) -> Outcome:
     """Runs a scenario and writes its results into a folder.
@@ -142,6 +143,7 @@ def run_scenario(
         figures: whether to draw figures.
         video: whether to make the film.
         report: whether to write the report.
+        processes: how many draw the film, see `nhtrack.video.render`.
         stage: see `simulate`.
 
     Raises:
@@ -157,7 +159,7 @@ def run_scenario(
         files += drawn
         skipped += reason
     if video and outcome.recording.outcome == "completed":
-        film, reason = make_film(outcome.recording, scenario.video, folder / "video.mp4", stage)
+        film, reason = make_film(outcome.recording, scenario.video, folder / "video.mp4", stage, processes)
         files += film
         skipped += reason
     if report:
@@ -257,7 +259,7 @@ def _report(outcome: Outcome, folder: Path, skipped: list[str]) -> Path:
 
 
 def make_film(
-    recording: Recording, wanted: Video, path: Path, stage: Stage | None = None
+    recording: Recording, wanted: Video, path: Path, stage: Stage | None = None, processes: int = 1
 ) -> tuple[list[Path], list[str]]:
     """Returns the film, or the reason why there is none: a machine without GL still gets its numbers.
 
@@ -266,12 +268,12 @@ def make_film(
         wanted: how.
         path: file to write, ending in .mp4.
         stage: see `simulate`.
+        processes: how many draw it.
     """
     from nhtrack.video import render
 
     progress = stage("video") if stage is not None else None
-    look: dict[str, Any] = {"camera": wanted.camera, "size": wanted.size, "fps": wanted.fps, "speed": wanted.speed}
     try:
-        return [render(recording, path, **look, progress=progress)], []
+        return [render(recording, path, **wanted.model_dump(), processes=processes, progress=progress)], []
     except RenderError as error:
         return [], [f"no video: {error}"]

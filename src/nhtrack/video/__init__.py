@@ -30,7 +30,7 @@ def render(
     fps: int = 30,
     speed: float | None = None,
     quality: str = "normal",
-    workers: int = 1,
+    processes: int = 1,
     progress: Progress | None = None,
 ) -> Path:
     """Writes a film of a recording and returns its path; the file appears once it is whole.
@@ -44,7 +44,7 @@ def render(
         fps: frames per second.
         speed: robot seconds per second of film; by default the slowest round number that keeps the film short.
         quality: `draft` (no shadows, no antialiasing), `normal` or `high`.
-        workers: processes that draw; pictures are the same with any number. More than one are started by `spawn`, so
+        processes: how many draw; pictures are the same with any number. More than one are started by `spawn`, so
             a script that asks for them needs the usual `if __name__ == "__main__":`.
         progress: called with the number of frames done and their total.
 
@@ -58,7 +58,7 @@ def render(
     look = Look(camera, size, fps, speed, quality)
     find_encoder()
     gl.choose_backend()
-    with atomic_path(target) as temporary, closing(_frames(recording, look, workers, progress)) as pictures:
+    with atomic_path(target) as temporary, closing(_frames(recording, look, processes, progress)) as pictures:
         write_film(pictures, temporary, size, fps)
     return target
 
@@ -71,7 +71,7 @@ def frames(
     fps: int = 30,
     speed: float | None = None,
     quality: str = "normal",
-    workers: int = 1,
+    processes: int = 1,
     progress: Progress | None = None,
 ) -> Iterator[np.ndarray]:
     """Yields the pictures of a film, bytes of shape (height, width, 3); arguments as `render`.
@@ -80,13 +80,13 @@ def frames(
         RenderError: OpenGL is missing, or an argument makes no film.
         RecordingError: the recording lacks the scene it was made in.
     """
-    yield from _frames(recording, Look(camera, size, fps, speed, quality), workers, progress)
+    yield from _frames(recording, Look(camera, size, fps, speed, quality), processes, progress)
 
 
-def _frames(recording: Recording, look: Look, workers: int, progress: Progress | None) -> Pictures:
+def _frames(recording: Recording, look: Look, processes: int, progress: Progress | None) -> Pictures:
     if "scene" not in recording.dataset.attrs:
         raise RecordingError("this recording does not say which scene it was made in: it cannot be filmed")
-    total, pictures = painted(recording, look, workers)
+    total, pictures = painted(recording, look, processes)
     with closing(pictures):
         for frame, picture in enumerate(pictures):
             yield picture

@@ -27,10 +27,10 @@ _AHEAD = 4  # frames a worker may be ahead of the film: enough to even out, few 
 _WORTH = 60  # frames below which another process costs more than it draws
 
 
-def painted(recording: Recording, look: Look, workers: int) -> tuple[int, Pictures]:
+def painted(recording: Recording, look: Look, processes: int) -> tuple[int, Pictures]:
     """Returns how many frames a film has, and a generator of their pictures, bytes of shape (height, width, 3)."""
     total = len(frame_times(recording.time, look.fps, look.speed)[0])
-    crew = min(workers, max(1, total // _WORTH))
+    crew = min(processes, max(1, total // _WORTH))
     return total, (_alone(recording, look) if crew == 1 else _together(recording, look, crew, total))
 
 
@@ -40,19 +40,19 @@ def _alone(recording: Recording, look: Look) -> Pictures:
             yield painter.paint(frame)
 
 
-def _together(recording: Recording, look: Look, workers: int, total: int) -> Pictures:
+def _together(recording: Recording, look: Look, processes: int, total: int) -> Pictures:
     start = (Recording(recording.dataset.load()), look, gl.choose_backend())
-    with ProcessPoolExecutor(workers, get_context("spawn"), initializer=_begin, initargs=start) as pool:
+    with ProcessPoolExecutor(processes, get_context("spawn"), initializer=_begin, initargs=start) as pool:
         waiting: deque[Future[np.ndarray]] = deque()
         try:
             for frame in range(total):
                 waiting.append(pool.submit(_paint, frame))
-                if len(waiting) > _AHEAD * workers:
+                if len(waiting) > _AHEAD * processes:
                     yield waiting.popleft().result()
             while waiting:
                 yield waiting.popleft().result()
         finally:
-            pool.shutdown(wait=False, cancel_futures=True)
+            pool.shutdown(cancel_futures=True)
 
 
 _painter: Painter | None = None  # of this worker process

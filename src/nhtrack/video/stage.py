@@ -114,6 +114,8 @@ class Stage:
         self._bodies.show(timeline.pose[frame, self._first :, :2], used)
         mujoco.mj_kinematics(model, data)
         mujoco.mj_camlight(model, data)
+        # The endless floor is centred below the camera of the scene as it stands: without this, that of another frame
+        mujoco.mjv_updateCamera(model, data, self._camera, self._visual)
         everything = mujoco.mjtCatBit.mjCAT_ALL
         mujoco.mjv_updateScene(model, data, self._options, self._nothing, self._camera, everything, self._visual)
 
