@@ -33,7 +33,7 @@ def winding(n: int) -> Recording:
     y = 0.5 * column + 0.1 * np.sin(0.8 * time_axis[:, None] + row)
     theta = np.arctan2(0.08 * np.cos(0.8 * time_axis[:, None] + row), 0.1)
     pose = np.stack(np.broadcast_arrays(x, y, theta), axis=-1)
-    twin = pose + [0.0, APART, 0.0]
+    twin = pose + np.array([0.0, APART, 0.0])
     twist = np.stack(np.broadcast_arrays(np.hypot(0.1, 0.05), 0.0 * x, np.gradient(theta, 0.01, axis=0)), axis=-1)
     names = tuple(f"r{k}" for k in range(n))
     error = np.full_like(pose, np.nan)

@@ -155,9 +155,10 @@ def test_group_camera_is_with_the_robots_at_both_ends():
         assert middle == pytest.approx([320, 240], abs=60)
 
 
-def test_chase_looks_the_way_the_root_goes():
-    _, line, path = film(filmable(), fps=10, name="chase")
-    assert np.abs(np.radians(path.azimuth) - line.pose[:, 0, 2]).max() < 0.6
+def test_chase_looks_the_way_the_first_follower_goes():
+    _, line, path = film(filmable(3), fps=10, name="chase")
+    assert np.abs(np.radians(path.azimuth) - line.pose[:, 1, 2]).max() < 0.6
+    assert path.lookat[:, :2] == pytest.approx(line.pose[:, 1, :2], abs=0.1)
 
 
 def test_unknown_camera():

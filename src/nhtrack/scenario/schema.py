@@ -594,7 +594,7 @@ class Video(Section):
     camera: Literal["group", "top", "isometric", "chase", "split"] = Field(
         default="group",
         description="`group` frames the robots as they move, `top` and `isometric` the whole run, "
-        "`chase` follows the root, `split` is `group` beside a live plot of the errors",
+        "`chase` follows the first follower, `split` is `group` beside a live plot of the errors",
     )
     size: Annotated[tuple[Pixels, Pixels], Field(strict=False)] = Field(
         default=(640, 480), description="width, height [pixels]"

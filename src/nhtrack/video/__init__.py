@@ -38,8 +38,8 @@ def render(
     Args:
         recording: the run; one that was interrupted is shown as far as it went.
         path: file to write: H.264 for a name that ends in .mp4, an animation of 256 colours for one in .gif.
-        camera: `group` (follows and frames all robots), `isometric`, `top` (both the whole run), `chase` (the root),
-            or `split` (`group` beside a live plot of the errors).
+        camera: `group` (follows and frames all robots), `isometric`, `top` (both the whole run), `chase` (the
+            first follower), or `split` (`group` beside a live plot of the errors).
         size: width and height [pixels], both even.
         fps: frames per second.
         speed: robot seconds per second of film; by default the slowest round number that keeps the film short.

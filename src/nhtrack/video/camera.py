@@ -104,9 +104,10 @@ def _top(pose: np.ndarray, lens: Lens, calm: float) -> CameraPath:
 
 
 def _chase(pose: np.ndarray, lens: Lens, calm: float) -> CameraPath:
-    """Follows behind the root, turning with it."""
-    lookat = _with_height(_smooth(pose[:, 0, :2], 0.3 * calm))
-    azimuth = np.degrees(_smooth(pose[:, 0, 2], calm))
+    """Follows behind the first follower, turning with it: what it tracks is ahead."""
+    chased = min(1, pose.shape[1] - 1)
+    lookat = _with_height(_smooth(pose[:, chased, :2], 0.3 * calm))
+    azimuth = np.degrees(_smooth(pose[:, chased, 2], calm))
     frames = len(pose)
     return CameraPath(lookat, np.full(frames, 1.1), azimuth, np.full(frames, -22.0))
 

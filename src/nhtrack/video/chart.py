@@ -106,9 +106,10 @@ def _draw_panel(axes: Axes, recording: Recording, values: np.ndarray, opacity: f
     if drawn.size == 0:
         return
     if drawn.size > CROWD:
-        low, middle, high = np.nanpercentile(known[:, drawn], [0, 50, 100], axis=1)
-        axes.fill_between(recording.time, low, high, color=BAND_COLOUR, alpha=0.3 * opacity, linewidth=0)
-        axes.plot(recording.time, middle, color=BAND_COLOUR, alpha=opacity, linewidth=1.0)
+        rows = np.isfinite(known).any(axis=1)
+        low, middle, high = np.nanpercentile(known[rows][:, drawn], [0, 50, 100], axis=1)
+        axes.fill_between(recording.time[rows], low, high, color=BAND_COLOUR, alpha=0.3 * opacity, linewidth=0)
+        axes.plot(recording.time[rows], middle, color=BAND_COLOUR, alpha=opacity, linewidth=1.0)
     for place in drawn if drawn.size <= CROWD else ():
         axes.plot(recording.time, known[:, place], color=colour(int(place)), alpha=opacity, linewidth=1.0)
     top = float(np.nanmax(known))

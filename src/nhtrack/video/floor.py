@@ -24,7 +24,8 @@ _CHEVRON = np.array([[1.05, 0.6], [1.7, 0.0], [1.05, -0.6]])  # ahead of a disc 
 _SLOT = np.array([[-1.0, -1.0], [-1.0, 1.0], [0.7, 1.0], [1.5, 0.0], [0.7, -1.0], [-1.0, -1.0]])  # nose along +x
 _SLOT_SIZE = 0.075  # [m] half its width
 _RING_SIZE = 1.28  # radius of an ideal twin's ring over that of its robot's disc
-_LINE_SHADE = np.array([0.5, 0.5, 0.5, 1.0], np.float32)  # lines catch all light at once: this gives their colour back
+# Lines catch all light at once, that of a light with shadows too: this gives them their colour back, without and with.
+_LINE_SHADES = (1.0, 0.5)
 # The floor's colour, which pale signs and old trails come near to. They are opaque: translucent signs would be drawn
 # over ghosts and robots that fade, whatever their height.
 _PAVED = np.array([0.68, 0.70, 0.73])
@@ -41,11 +42,13 @@ class Floor:
         timeline: the film.
         scale: size of the robots over that of nh_mini.
         lines: height of the picture [pixels].
+        shadows: whether the picture has any.
     """
 
-    def __init__(self, scene: Scene, timeline: Timeline, scale: float, lines: int) -> None:
+    def __init__(self, scene: Scene, timeline: Timeline, scale: float, lines: int, shadows: bool) -> None:
         self._scene, self._timeline, self._scale = scene, timeline, scale
         self._width = _WIDTH * lines / 480
+        self._shade = np.array([*3 * [_LINE_SHADES[shadows]], 1.0], np.float32)
         count = len(scene.spec.robots)
         self._colours = np.array([_rgb(scene.spec.colour(place)) for place in range(count)])
 
@@ -125,7 +128,7 @@ class Floor:
     def _add_line(self, points: np.ndarray, rgba: np.ndarray, width: float) -> None:
         """Adds a polyline through points (k, 3), of one colour (4,) or one for each of its stretches (k - 1, 4)."""
         line, identity, nothing = mujoco.mjtGeom.mjGEOM_LINE, np.eye(3).ravel(), np.zeros(3)
-        colours = np.broadcast_to(rgba * _LINE_SHADE, (len(points) - 1, 4))
+        colours = np.broadcast_to(rgba * self._shade, (len(points) - 1, 4))
         for (start, end), colour in zip(itertools.pairwise(points), colours, strict=True):
             geom = self._next_geom()
             mujoco.mjv_initGeom(geom, line, nothing, nothing, identity, colour)

@@ -52,12 +52,13 @@ class Stage:
         self._scene, self._timeline, self._path, self._size = scene, timeline, camera, size
         model = scene.model
         _set_quality(scene, size, camera.distance, quality)
+        shadows = _shadow(scene, quality) > 0
         self._bodies = Bodies(scene)
-        self._floor = Floor(scene, timeline, robot_scale(scene), size[1])
+        self._floor = Floor(scene, timeline, robot_scale(scene), size[1], shadows)
         self._data, self._twin_data = mujoco.MjData(model), mujoco.MjData(model)
         self._twin_qpos = _twin_qpos(scene, timeline)
         self._visual = mujoco.MjvScene(model, 2 * model.ngeom + self._floor.room + _SPARE_GEOMS)
-        self._visual.flags[mujoco.mjtRndFlag.mjRND_SHADOW] = _shadow(scene, quality) > 0
+        self._visual.flags[mujoco.mjtRndFlag.mjRND_SHADOW] = shadows
         self._camera, self._options, self._nothing = mujoco.MjvCamera(), mujoco.MjvOption(), mujoco.MjvPerturb()
         self._key, self._key_offset = _key_light(model)
         self._context = gl.make_context(*size, backend)
@@ -162,7 +163,7 @@ def _set_quality(scene: Scene, size: tuple[int, int], distance: np.ndarray, want
     if any(patch.disc is not None for patch in scene.spec.patches):
         quality.numslices = 48  # a disc on the floor is many times larger than a wheel, and its corners show
     picture.offwidth, picture.offheight = max(picture.offwidth, size[0]), max(picture.offheight, size[1])
-    planes.znear = max(planes.znear, 0.03 * float(distance.min()) / model.stat.extent)
+    planes.znear = max(planes.znear, 0.02 * float(distance.min()) / model.stat.extent)
     planes.shadowscale = _SHADOWED
     planes.zfar = max(planes.zfar, 6 * float(distance.max()) / model.stat.extent)
 

@@ -168,7 +168,8 @@ def _skids(recording: Recording) -> tuple[Skid, ...]:
 def make_trails(time: np.ndarray, pose: np.ndarray, vertices: int) -> tuple[Trail, ...]:
     """Returns for each robot a polyline along its path, at most `vertices` in all.
 
-    Vertices are spread evenly over arc length plus turning, so that straights are sparse and bends stay round.
+    Vertices are spread evenly over arc length plus turning, so that straights are sparse and bends stay round, and
+    evenly over the robots: stretches of a few pixels would leave a gap between any two.
 
     Args:
         time: times [s], shape (t,).
@@ -176,10 +177,13 @@ def make_trails(time: np.ndarray, pose: np.ndarray, vertices: int) -> tuple[Trai
         vertices: how many there may be in all.
     """
     share = max(vertices // pose.shape[1], 2)
+    paths = np.moveaxis(pose[..., :2], 1, 0)
+    efforts = [_effort(xy) for xy in paths]
+    most = max(float(effort[-1]) for effort in efforts)
     trails = []
-    for xy in np.moveaxis(pose[..., :2], 1, 0):
-        effort = _effort(xy)
-        marks = np.linspace(0.0, effort[-1], min(share, time.size))
+    for xy, effort in zip(paths, efforts, strict=True):
+        count = max(round(share * effort[-1] / most), 2) if most > 0 else 2
+        marks = np.linspace(0.0, effort[-1], min(count, time.size))
         chosen = np.unique(np.searchsorted(effort, marks).clip(0, time.size - 1))
         trails.append(Trail(time[chosen], xy[chosen]))
     return tuple(trails)
