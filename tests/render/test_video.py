@@ -152,7 +152,7 @@ def test_group_camera_is_with_the_robots_at_both_ends():
     for frame in (0, len(line) - 1):
         seen = [projected(path, frame, np.array([*pose[:2], 0.03]), fovy, (640, 480)) for pose in line.pose[frame]]
         middle = (np.min(seen, axis=0) + np.max(seen, axis=0)) / 2
-        assert middle == pytest.approx([320, 240], abs=60)
+        assert middle == pytest.approx([320, 264], abs=60)
 
 
 def test_chase_looks_the_way_the_first_follower_goes():

@@ -23,6 +23,9 @@ _ROBOT_REACH = 0.08  # [m] from a robot's axle midpoint to its outermost point, 
 _CALM = 0.9  # [s] of film over which the camera's path is smoothed (standard deviation)
 # Share of the half picture that robots may fill: left and right, below, above (above are the title and the map).
 _SIDE, _BELOW, _ABOVE = 0.80, 0.80, 0.40
+# Share of the half picture by which its subject lies below the middle: less than half way between those bounds, since
+# what is near, below, looks larger.
+_LOWERED = 0.1
 
 
 @dataclass(frozen=True)
@@ -86,11 +89,11 @@ def _group(pose: np.ndarray, lens: Lens, calm: float) -> CameraPath:
     axes = _axes(azimuth, _ELEVATION)
     points = _with_height(pose[..., :2])
     lookat = _smooth(_middle(points, axes), calm)
-    needed = _fitting_distance(points - lookat[:, None], axes, lens)
+    needed = _fitting_distance(points - lookat[:, None], axes, lens, _ELEVATION)
     # The widest need within reach of the filter, so that smoothing cannot push a robot out of the picture
     needed = maximum_filter1d(needed, size=2 * int(2 * calm) + 1, mode="nearest")
-    distance = np.maximum(_smooth(np.log(needed), calm), np.log(_CLOSEST))
-    return _still(lookat, np.exp(distance), azimuth, _ELEVATION)
+    distance = np.exp(np.maximum(_smooth(np.log(needed), calm), np.log(_CLOSEST)))
+    return _still(lookat, distance, azimuth, _ELEVATION, lens)
 
 
 def _isometric(pose: np.ndarray, lens: Lens, calm: float) -> CameraPath:
@@ -124,14 +127,28 @@ def _whole_run(pose: np.ndarray, lens: Lens, azimuth: float, elevation: float) -
     axes = _axes(azimuth, elevation)
     points = _with_height(pose[..., :2]).reshape(1, -1, 3)
     lookat = _middle(points, axes)
-    distance = np.maximum(_fitting_distance(points - lookat[:, None], axes, lens), _CLOSEST)
+    distance = np.maximum(_fitting_distance(points - lookat[:, None], axes, lens, elevation), _CLOSEST)
     frames = len(pose)
-    return _still(np.repeat(lookat, frames, axis=0), np.repeat(distance, frames), azimuth, elevation)
+    return _still(np.repeat(lookat, frames, axis=0), np.repeat(distance, frames), azimuth, elevation, lens)
 
 
-def _still(lookat: np.ndarray, distance: np.ndarray, azimuth: float, elevation: float) -> CameraPath:
-    frames = len(lookat)
+def _still(subject: np.ndarray, distance: np.ndarray, azimuth: float, elevation: float, lens: Lens) -> CameraPath:
+    """Returns a path of one direction of view that looks a little beyond its subject (f, 3), see `_beyond`."""
+    frames, axes = len(subject), _axes(azimuth, elevation)
+    ahead = np.array([-axes[0, 1], axes[0, 0], 0.0])
+    lookat = subject + _beyond(lens, elevation) * distance[:, None] * ahead
     return CameraPath(lookat, distance, np.full(frames, azimuth), np.full(frames, elevation))
+
+
+def _beyond(lens: Lens, elevation: float) -> float:
+    """Returns how far beyond its subject the camera looks, over its distance, to see it lower than the middle.
+
+    Looking k d ahead on the floor lowers the subject by k d s and brings it nearer by k d c, s and c the sine and
+    cosine of the angle of view with the floor: k s = m v (1 - k c) for a share m of the picture's half height v.
+    """
+    s, c = abs(np.sin(np.radians(elevation))), np.cos(np.radians(elevation))
+    lowered = _LOWERED * lens.vertical
+    return float(lowered / (s + lowered * c))
 
 
 def _oblique_azimuth(pose: np.ndarray) -> float:
@@ -168,16 +185,18 @@ def _middle(points: np.ndarray, axes: np.ndarray) -> np.ndarray:
     return np.asarray(middle @ floor + height * np.array([0.0, 0.0, 1.0]))
 
 
-def _fitting_distance(offset: np.ndarray, axes: np.ndarray, lens: Lens) -> np.ndarray:
-    """Returns how far the camera must stand to hold all points: offsets from its lookat (f, p, 3) -> (f,).
+def _fitting_distance(offset: np.ndarray, axes: np.ndarray, lens: Lens, elevation: float) -> np.ndarray:
+    """Returns how far the camera must stand to hold all points: offsets from its subject (f, p, 3) -> (f,).
 
-    A point right, up and depth beyond the lookat falls at right/(distance + depth) of the picture, and so on.
+    Looking k d beyond the subject (`_beyond`), a point right, up and depth from it falls at
+    right/(d (1 - k c) + depth) of the picture, and at (up - m v d (1 - k c))/(d (1 - k c) + depth): linear in d.
     """
     right, up, depth = np.moveaxis(offset @ axes.T, -1, 0)
-    across = (np.abs(right) + _ROBOT_REACH) / (_SIDE * lens.horizontal)
-    above = (up + _ROBOT_REACH) / (_ABOVE * lens.vertical)
-    below = (_ROBOT_REACH - up) / (_BELOW * lens.vertical)
-    return np.asarray((np.maximum(np.maximum(above, below), across) - depth).max(axis=1))
+    v, nearer = lens.vertical, 1 - _beyond(lens, elevation) * np.cos(np.radians(elevation))
+    across = (np.abs(right) + _ROBOT_REACH) / (_SIDE * lens.horizontal) - depth
+    above = (up + _ROBOT_REACH - _ABOVE * v * depth) / ((_ABOVE + _LOWERED) * v)
+    below = (_ROBOT_REACH - up - _BELOW * v * depth) / ((_BELOW - _LOWERED) * v)
+    return np.asarray(np.maximum(np.maximum(above, below), across).max(axis=1) / nearer)
 
 
 def _smooth(values: np.ndarray, frames: float) -> np.ndarray:

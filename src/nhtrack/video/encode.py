@@ -27,10 +27,10 @@ FORMATS: dict[str, dict[str, Any]] = {
     ".gif": {
         "codec": "gif",
         "pix_fmt_out": "pal8",
-        # One palette of the colours that change, and what stands still left out of each picture
+        # One palette for all pictures, what stands still left out, and no dithering: noise would be most of the file
         "output_params": [
             "-filter_complex",
-            "[0:v]split[a][b];[a]palettegen=stats_mode=diff[p];[b][p]paletteuse=dither=bayer:bayer_scale=4:diff_mode=rectangle",
+            "[0:v]split[a][b];[a]palettegen[p];[b][p]paletteuse=dither=none:diff_mode=rectangle",
         ],
     },
 }
@@ -76,7 +76,7 @@ def write_film(frames: Iterable[np.ndarray], path: Path, size: tuple[int, int], 
     """
     find_encoder()
     writer: Generator[None, bytes | None, None] = imageio_ffmpeg.write_frames(
-        str(path), size, fps=fps, quality=None, macro_block_size=2, **FORMATS[path.suffix]
+        str(path), size, fps=fps, quality=None, macro_block_size=2, ffmpeg_log_level="error", **FORMATS[path.suffix]
     )
     sent = 0
     try:
