@@ -36,7 +36,7 @@ OSMESA_PACKAGES := libosmesa6
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help demo test check bench docs clean
+.PHONY: help demo test check bench docs gallery clean
 
 help:  ## list these commands
 	@sed -n 's/^\([a-z]*\):.*## \(.*\)/  make \1\t\2/p' Makefile | expand -t 16
@@ -59,8 +59,11 @@ bench: $(DEV)  ## run every script in benchmarks/
 docs: $(DEV)  ## write the generated pages of docs/ anew
 	@$(BIN)/python -m nhtrack.scenario.documentation docs
 	@for script in $(sort $(wildcard docs/generate_*.py)); do $(BIN)/python "$$script" || exit 1; done
-	@$(BIN)/nhtrack paper --out $(VENV)/paper --no-pdf --force
-	@$(BIN)/nhtrack paper --from $(VENV)/paper --out docs --no-pdf --force
+	@$(BIN)/nhtrack paper --out $(VENV)/paper --no-pdf --no-report --force
+	@$(BIN)/nhtrack paper --from $(VENV)/paper --out docs --no-pdf --no-report --force
+
+gallery: $(RUNTIME) $(GL)  ## make the films of renders/gallery anew
+	@$(BIN)/python renders/make_gallery.py
 
 clean:  ## remove .venv, caches and build products; runs/ stays
 	rm -rf $(VENV) build dist .pytest_cache .mypy_cache .ruff_cache .import_linter_cache .hypothesis

@@ -14,9 +14,13 @@ from nhtrack.video.timeline import LONGEST, Timeline
 
 __all__ = ["Floor"]
 
-# Heights above the floor [m at nh_mini's size], lowest first
-_SKID, _RING, _ROOT_DISC, _DISC_ABOVE, _LINE = 0.0004, 0.0005, 0.0006, 0.0008, 0.002
+# Heights of discs above the floor [m at nh_mini's size], lowest first
+_RING, _ROOT_DISC, _DISC_ABOVE = 0.0005, 0.0006, 0.0008
+# Heights of lines [m per metre from the camera, which is at least that far away]: a line is as deep as its middle, and
+# lower ones lose the half of their width that lies before the floor
+_SKID, _LINE = 0.0015, 0.002
 _STACK = 0.0002  # between robots, so that what lies on each other does not flicker
+_LAYERS = 6  # of trails: more would float above the floor
 _WIDTH = 2.5  # of lines [pixels at 480 lines]
 _DISC, _FAR_DISC = 0.085, 0.016  # [m] radius of the root's disc; of all discs, per metre from the camera
 _HULL = 0.06  # [m] radius of a robot's own disc
@@ -29,7 +33,7 @@ _LINE_SHADES = (1.0, 0.5)
 # The floor's colour, which pale signs and old trails come near to. They are opaque: translucent signs would be drawn
 # over ghosts and robots that fade, whatever their height.
 _PAVED = np.array([0.68, 0.70, 0.73])
-_FADE, _FAINTEST = LONGEST / 5, 0.22  # [s of film] in which trails fade, and the share of colour that stays
+_FADE, _FAINTEST = LONGEST / 5, 0.4  # [s of film] in which trails fade, and the share of colour that stays
 _RUBBER = np.array([0.10, 0.10, 0.11, 1.0], np.float32)
 _WHITE = np.ones(3)
 
@@ -60,7 +64,7 @@ class Floor:
 
     def add(self, visual: mujoco.MjvScene, frame: int, distance: float) -> None:
         """Adds the marks of a frame, seen from so far away [m]."""
-        self._visual = visual
+        self._visual, self._lift = visual, max(self._scale, distance)
         self._add_skids(frame)
         self._add_trails(frame)
         self._add_slots(frame)
@@ -79,7 +83,7 @@ class Floor:
             way = np.vstack([trail.points[:so_far], self._timeline.pose[frame, place, :2]])
             age = (now - trail.time[:so_far]) / film_second
             fresh = _FAINTEST + (1 - _FAINTEST) * np.exp(-age / _FADE)
-            points = self._at_height(way, _LINE + _STACK * place)
+            points = self._at_height(way, _LINE + _STACK * (place % _LAYERS))
             self._add_line(points, self._pale(place, fresh[:, None]), (1.6 if place == 0 else 1.0) * self._width)
 
     def _add_slots(self, frame: int) -> None:
@@ -136,7 +140,7 @@ class Floor:
             mujoco.mjv_connector(geom, line, width, start, end)
 
     def _at_height(self, points: np.ndarray, height: float) -> np.ndarray:
-        return np.column_stack([points, np.full(len(points), self._scale * height)])
+        return np.column_stack([points, np.full(len(points), self._lift * height)])
 
     def _pale(self, place: int, share: float | np.ndarray) -> np.ndarray:
         """Returns a robot's colour mixed with the floor's, (4,) or (k, 4) for shares (k, 1)."""

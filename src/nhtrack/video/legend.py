@@ -45,7 +45,7 @@ def _signs(timeline: Timeline) -> list[_Sign]:
     if timeline.twin is not None:
         signs.append((_ring, 12, "ideal twin"))
     if timeline.slot is not None and np.isfinite(timeline.slot).any():
-        signs.append((_slot, 15, "place in the formation"))
+        signs.append((_slot, 15, "place to take"))
     if timeline.utilisation is not None:
         signs.append((_ramp, 46, "friction used, 0 to 100 %"))
     if timeline.skids:

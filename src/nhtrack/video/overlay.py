@@ -88,7 +88,7 @@ class Overlay:
 
     def _clock(self, frame: int) -> str:
         speed = self._timeline.speed
-        pace = "" if speed == 1.0 else f"    {speed:g}x"
+        pace = "" if speed == 1.0 else f"    {speed:.3g}x"
         return f"t = {self._timeline.time[frame]:5.1f} s{pace}"
 
     def _gap(self, frame: int) -> list[str]:
