@@ -86,7 +86,7 @@ def _rows(recording: Recording, fraction: float) -> int:
 def _twin(recording: Recording) -> np.ndarray | None:
     """Returns the ideal twin's poses, or None where the run is its own twin or nobody could tell so many apart."""
     crowded = len(recording.robots) - 1 > CROWD
-    if recording.backend == "ideal" or "ideal_pose" not in recording.dataset or crowded:
+    if not recording.has_twin or crowded:
         return None
     return np.asarray(recording["ideal_pose"].values)
 

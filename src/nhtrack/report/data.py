@@ -40,7 +40,7 @@ def payload(recording: Recording) -> dict[str, Any]:
         "virtual_root": has_virtual_root(recording),
         "crowd": len(recording.robots) - 1 > CROWD,
         "grouped": bool(groups_of(recording)),
-        "twin": has_twin(recording),
+        "twin": recording.has_twin,
         "backend": "MuJoCo" if recording.backend == "mujoco" else "ideal integrator",
         "frames": frames,
         "floor": _floor(recording),
@@ -54,14 +54,9 @@ def frame_rows(recording: Recording) -> np.ndarray:
     return even_rows(len(recording.time), min(MOST_FRAMES, max(2, POSES // len(recording.robots))))
 
 
-def has_twin(recording: Recording) -> bool:
-    """Returns whether the run is held against a twin: one on the ideal integrator is its own."""
-    return recording.backend != "ideal" and "ideal_pose" in recording.dataset
-
-
 def _poses(recording: Recording, rows: np.ndarray) -> dict[str, Any]:
     """Returns x, y [m] and theta [rad] of every robot, each of shape (n, frames), and the same of the twins."""
-    sources = {"pose": "pose"} | ({"twin": "ideal_pose"} if has_twin(recording) else {})
+    sources = {"pose": "pose"} | ({"twin": "ideal_pose"} if recording.has_twin else {})
     return {
         label: dict(zip("xyh", numbers(recording[name].values[rows].transpose(2, 1, 0), DIGITS), strict=True))
         for label, name in sources.items()
@@ -73,7 +68,7 @@ def _readouts(recording: Recording, rows: np.ndarray) -> dict[str, Any]:
     columns = [("position error", "m", position_error(recording)), ("heading error", "rad", heading_error(recording))]
     if "twist" in recording.dataset:
         columns.append(("speed", "m/s", np.hypot(*np.moveaxis(recording["twist"].values[..., :2], -1, 0))))
-    if has_twin(recording):
+    if recording.has_twin:
         columns.append(("gap to twin", "m", position_gap(recording)))
     if "friction_utilisation" in recording.dataset:
         columns.append(("friction used", "%", 100 * recording["friction_utilisation"].values.max(axis=-1)))

@@ -10,7 +10,7 @@ import numpy as np
 from nhtrack import assets
 from nhtrack.diffdrive.identification import Parts
 from nhtrack.ground import Patch
-from nhtrack.simulation.palette import GRIP, ICE
+from nhtrack.simulation.palette import GRIP, ICE, rgb
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -146,7 +146,7 @@ def _add_payload(robot: Any, chassis: str, payload: Payload, wheel_radius: float
 def _draw_patch(arena: Any, name: str, patch: Patch, floor: float, height: float) -> None:
     """Draws a patch flat on the floor, bluish where it is slippier than the floor and brown where it grips more."""
     unlike = 0.3 + 0.7 * min(1.0, abs(patch.friction - floor) / _UNLIKE_FLOOR)
-    mixed = unlike * np.array(_rgb(ICE if patch.friction < floor else GRIP)) + (1 - unlike) * np.array(_FLOOR)
+    mixed = unlike * np.array(rgb(ICE if patch.friction < floor else GRIP)) + (1 - unlike) * np.array(_FLOOR)
     matt = arena.asset.add("material", name=name, rgba=(*mixed, 1), specular=0, shininess=0)
     look = {"name": name, "material": matt, "contype": 0, "conaffinity": 0, "group": 2}
     if patch.disc is not None:
@@ -161,13 +161,7 @@ def _draw_patch(arena: Any, name: str, patch: Patch, floor: float, height: float
 def _paint(robot: Any, colour: str) -> None:
     accent = robot.find("material", "accent")
     if accent is not None:
-        accent.rgba = (*_rgb(colour), 1)
-
-
-def _rgb(colour: str) -> tuple[float, float, float]:
-    """Returns red, green and blue from 0 to 1 of a colour written #rrggbb."""
-    red, green, blue = (int(colour[i : i + 2], 16) / 255 for i in (1, 3, 5))
-    return red, green, blue
+        accent.rgba = (*rgb(colour), 1)
 
 
 def _attach(arena: Any, robot: Any, spec: SceneSpec, drive: DiffDrive, parts: Parts) -> None:
@@ -192,7 +186,7 @@ def _attach(arena: Any, robot: Any, spec: SceneSpec, drive: DiffDrive, parts: Pa
 def _add_marker(arena: Any, spec: SceneSpec, radius: float) -> None:
     """Adds the moving marker of a virtual leader, a body of its name as wide as the robots' axle."""
     body = arena.worldbody.add("body", name=spec.robots[0], mocap=True)
-    look = {"rgba": (*_rgb(spec.colour(0)), 0.6), "contype": 0, "conaffinity": 0, "group": 2}
+    look = {"rgba": (*rgb(spec.colour(0)), 0.6), "contype": 0, "conaffinity": 0, "group": 2}
     body.add("geom", type="cylinder", size=(radius, 0.002), pos=(0, 0, 0.002), **look)
     arrow = (0, 0, radius / 5, 1.4 * radius, 0, radius / 5)
     body.add("geom", type="capsule", size=(0.12 * radius,), fromto=arrow, **look)

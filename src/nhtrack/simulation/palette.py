@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-__all__ = ["FOLLOWERS", "ROOT", "robot_colour"]
+__all__ = ["FOLLOWERS", "GRIP", "ICE", "ROOT", "UTILISATION", "rgb", "robot_colour"]
 
 # A set that colour-blind readers can tell apart (Okabe and Ito 2008), most readable on white first.
 ROOT = "#D55E00"
@@ -18,3 +18,9 @@ ICE, GRIP = "#9ED1F2", "#736154"
 
 # A wheel's tyre as it uses more of its friction: from its own near black by these to the last, at its limit.
 UTILISATION = ("#7A1F5C", "#E8663C", "#FFE64D")
+
+
+def rgb(colour: str) -> tuple[float, float, float]:
+    """Returns red, green and blue from 0 to 1 of a colour written `#RRGGBB`."""
+    red, green, blue = (int(colour[i : i + 2], 16) / 255 for i in (1, 3, 5))
+    return red, green, blue

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
-from nhtrack.simulation.palette import UTILISATION
+from nhtrack.simulation.palette import UTILISATION, rgb
 from nhtrack.simulation.scene import Scene
 
 __all__ = ["Bodies", "fading", "robot_scale", "utilisation_colour", "wheel_angles"]
@@ -85,7 +85,7 @@ class Bodies:
 
 def utilisation_colour(share: float, dark: np.ndarray) -> np.ndarray:
     """Returns the colour (3,) of a wheel that uses a share of its friction: as dark as it is, then ever brighter."""
-    stops = np.vstack([dark, [_rgb(colour) for colour in UTILISATION]])
+    stops = np.vstack([dark, [rgb(colour) for colour in UTILISATION]])
     known = min(max(share, 0.0), 1.0) if np.isfinite(share) else float(share > 0)
     at = np.linspace(0.0, 1.0, len(stops))
     return np.array([np.interp(known, at, stops[:, k]) for k in range(3)])
@@ -149,7 +149,3 @@ def _look(model: mujoco.MjModel, geoms: np.ndarray) -> np.ndarray:
         return np.zeros(3)
     material = model.geom_matid[geoms[0]]
     return np.array(model.mat_rgba[material, :3] if material >= 0 else model.geom_rgba[geoms[0], :3])
-
-
-def _rgb(colour: str) -> list[float]:
-    return [int(colour[i : i + 2], 16) / 255 for i in (1, 3, 5)]

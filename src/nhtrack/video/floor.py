@@ -8,6 +8,7 @@ import mujoco
 import numpy as np
 
 from nhtrack import se2
+from nhtrack.simulation.palette import rgb
 from nhtrack.simulation.scene import Scene
 from nhtrack.video.bodies import fading
 from nhtrack.video.timeline import LONGEST, Timeline
@@ -54,7 +55,7 @@ class Floor:
         self._width = _WIDTH * lines / 480
         self._shade = np.array([*3 * [_LINE_SHADES[shadows]], 1.0], np.float32)
         count = len(scene.spec.robots)
-        self._colours = np.array([_rgb(scene.spec.colour(place)) for place in range(count)])
+        self._colours = np.array([rgb(scene.spec.colour(place)) for place in range(count)])
 
     @property
     def room(self) -> int:
@@ -154,7 +155,3 @@ class Floor:
 def _solid(rgb: np.ndarray) -> np.ndarray:
     """Returns opaque colours, (..., 3) -> (..., 4)."""
     return np.concatenate([rgb, np.ones((*rgb.shape[:-1], 1))], axis=-1).astype(np.float32)
-
-
-def _rgb(colour: str) -> list[float]:
-    return [int(colour[i : i + 2], 16) / 255 for i in (1, 3, 5)]
