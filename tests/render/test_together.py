@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from dataclasses import replace
 from pathlib import Path
 
 import imageio_ffmpeg
@@ -101,7 +102,7 @@ def test_robots_have_the_colours_of_their_laws_not_of_their_places() -> None:
     merged = together(several(2, followers=2), (-100, 100, -100, 100))
     scene = make_scene(SceneSpec.from_json(merged.dataset.attrs["scene"]))
     line = timeline.make_timeline(merged, scene, 1, None)
-    bare = timeline.Timeline(line.time, line.pose, line.qpos, line.distance, (), line.speed, line.fps)
+    bare = replace(line, trails=())
     path = camera.plan_camera("group", line.pose, float(scene.model.vis.global_.fovy), 4 / 3, 1)
     with stage.Stage(scene, bare, path, SIZE) as drawn:
         picture = drawn.draw(len(line) - 1)

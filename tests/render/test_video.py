@@ -11,63 +11,23 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from films import SMALL, film, filmable, parted, pixels_of, projected
 from nhtrack import gl, se2, video
-from nhtrack.errors import RecordingError, RenderError
-from nhtrack.simulation.palette import robot_colour
+from nhtrack.errors import RecordingError, RenderError, RobotError
 from nhtrack.simulation.scene import SceneSpec, make_scene
 from nhtrack.video import (
     bodies,
     camera,
-    chart,
     crew,
     encode,
-    legend,
     letters,
     look,
-    map,
     overlay,
     painter,
     stage,
     timeline,
 )
-from recordings import HALF_SEPARATION, robot_names, synthetic_recording
-
-SMALL = (320, 240)
-
-
-def filmable(followers: int = 1, *, virtual: bool = False, **changes):
-    scene = SceneSpec(robot_names(followers), virtual_root=virtual)
-    return synthetic_recording(followers, backend="ideal", scene=scene.to_json(), **changes)
-
-
-def pixels_of(picture: np.ndarray, place: int) -> np.ndarray:
-    """Returns where (k, 2) a picture has the hue of a robot: x to the right, y down."""
-    colour = robot_colour(place)
-    wanted = np.array([int(colour[i : i + 2], 16) for i in (1, 3, 5)], float)
-    chroma = picture.astype(float) - picture.mean(axis=-1, keepdims=True)
-    wanted -= wanted.mean()
-    size = np.linalg.norm(chroma, axis=-1)
-    alike = (chroma @ wanted) / np.maximum(size * np.linalg.norm(wanted), 1e-9)
-    return np.argwhere((alike > 0.97) & (size > 60))[:, ::-1]
-
-
-def projected(path: camera.CameraPath, frame: int, point: np.ndarray, fovy: float, size: tuple[int, int]) -> np.ndarray:
-    """Returns where in the picture a point (3,) falls [pixels], by the pinhole's own formula."""
-    a, e = np.radians([path.azimuth[frame], path.elevation[frame]])
-    forward = np.array([np.cos(e) * np.cos(a), np.cos(e) * np.sin(a), np.sin(e)])
-    right = np.array([np.sin(a), -np.cos(a), 0.0])
-    offset = point - path.lookat[frame] + path.distance[frame] * forward
-    scale = size[1] / 2 / np.tan(np.radians(fovy) / 2) / (offset @ forward)
-    return np.array(size) / 2 + scale * np.array([offset @ right, -(offset @ np.cross(right, forward))])
-
-
-def film(recording, size=SMALL, fps=1, name="group"):
-    """Returns scene, timeline and camera path as `video.frames` makes them."""
-    scene = make_scene(SceneSpec.from_json(recording.dataset.attrs["scene"]))
-    line = timeline.make_timeline(recording, scene, fps, None)
-    fovy = float(scene.model.vis.global_.fovy)
-    return scene, line, camera.plan_camera(name, line.pose, fovy, size[0] / size[1], fps)
-
+from recordings import synthetic_recording
 
 # --- times and states -------------------------------------------------------------------------------------------------
 
@@ -174,7 +134,10 @@ def test_coincident_robots_show_the_last():
 
 @pytest.mark.parametrize(
     ("metres", "text"),
-    [(2.0, " 2.00 m"), (0.123, " 12.3 cm"), (0.0012, " 1.20 mm"), (3.2e-7, "  0.3 µm"), (0.0, "  0.0 µm")],
+    [
+        (2.0, " 2.00 m"), (0.123, " 12.3 cm"), (0.0012, " 1.20 mm"), (3.2e-7, "  0.3 µm"), (0.0, "  0.0 µm"),
+        (np.nan, "unknown"),
+    ],
 )
 def test_lengths_have_a_unit_that_suits_them(metres, text):
     assert letters.length(metres) == text
@@ -280,162 +243,6 @@ def test_overlay_is_written_over_the_picture_and_nowhere_else():
     assert (written[20:60, 260:380] == 90).all()  # between title and map
 
 
-# --- twins, slots, wheels and skid marks ------------------------------------------------------------------------------
-
-
-def parted(apart: float = 0.3, samples: int = 81):
-    """Returns a filmable run on wheels whose twins are so far [m] beside their robots."""
-    recording = synthetic_recording(1, samples=samples, scene=SceneSpec(robot_names(1)).to_json())
-    pose = recording["pose"].values
-    side = np.zeros(2)
-    side[1] = apart
-    twin = pose.copy()
-    twin[..., :2] += np.asarray(se2.rotate(pose[..., 2], np.broadcast_to(side, (*pose.shape[:-1], 2))))
-    recording.dataset["ideal_pose"] = (recording["pose"].dims, twin)
-    recording.dataset.attrs["half_separation"] = HALF_SEPARATION
-    return recording
-
-
-def test_twins_of_wheels_are_shown_and_of_ideal_runs_not():
-    _, line, _ = film(parted())
-    assert line.twin == pytest.approx(line.pose + (line.twin - line.pose))
-    assert np.hypot(*(line.twin - line.pose)[..., :2].reshape(-1, 2).T) == pytest.approx(0.3, abs=0.01)
-    assert film(filmable())[1].twin is None
-
-
-def test_wheels_of_twins_roll_without_slip():
-    pose = np.zeros((101, 1, 3))
-    angle = np.linspace(0, 2 * np.pi, 101)
-    pose[:, 0] = np.stack([np.sin(angle), 1 - np.cos(angle), angle], axis=-1)  # a circle of 1 m, to the left
-    turned = bodies.wheel_angles(pose, 0.05, 0.2)[-1, 0]
-    assert turned == pytest.approx([2 * np.pi * 0.8 / 0.05, 2 * np.pi * 1.2 / 0.05], rel=1e-3)
-
-
-def test_slots_are_those_that_are_not_a_robots_own_pose():
-    recording = filmable(2, samples=41)
-    pose = recording["pose"].values
-    tracked = np.full_like(pose, np.nan)
-    tracked[:, 1:] = pose[:, :1]
-    recording.dataset["leader_pose"] = (recording["pose"].dims, tracked)
-    assert np.isnan(film(recording)[1].slot).all()
-    tracked[:, 2, 0] += 0.4
-    slot = film(recording)[1].slot
-    assert np.isnan(slot[:, :2]).all()
-    assert slot[:, 2, 0] == pytest.approx(film(recording)[1].pose[:, 0, 0] + 0.4)
-
-
-def test_skid_marks_lie_where_a_sliding_wheel_went():
-    recording = parted(samples=81)
-    shape = recording["friction_utilisation"].shape
-    used, slip = np.zeros(shape), np.zeros(shape)
-    used[20:31, 1, 0], slip[20:31, 1, 0] = 1.0, 0.05
-    recording.dataset["friction_utilisation"][:] = used
-    recording.dataset["longitudinal_slip"][:] = slip
-    recording.dataset["lateral_slip"][:] = 0.0
-    _, line, _ = film(recording)
-    pose = recording["pose"].values
-    left = np.asarray(se2.act(pose[:, 1], np.broadcast_to([0.0, HALF_SEPARATION], (len(pose), 2))))
-    assert line.skids[0].points[0] == pytest.approx(left[19])
-    assert line.skids[-1].points[1] == pytest.approx(left[30])
-    assert [skid.time for skid in line.skids] == pytest.approx(recording.time[20:31])
-    for before, after in zip(line.skids, line.skids[1:], strict=False):
-        assert before.points[1] == pytest.approx(after.points[0])
-
-
-def test_many_skid_marks_are_thinned():
-    recording = parted(samples=2001)
-    recording.dataset["friction_utilisation"][:] = 1.0
-    recording.dataset["longitudinal_slip"][:] = 1.0
-    assert 0.5 * timeline._SKIDS < len(film(recording)[1].skids) < 1.1 * timeline._SKIDS
-
-
-@pytest.mark.parametrize("share", [0.0, 0.3, 0.9, 1.0, 1.7, np.inf, np.nan])
-def test_wheels_grow_brighter_as_they_use_their_friction(share):
-    dark = np.array([0.05, 0.05, 0.05])
-    colour = bodies.utilisation_colour(share, dark)
-    assert ((colour >= 0) & (colour <= 1)).all()
-    if share >= 1:
-        assert colour == pytest.approx(bodies.utilisation_colour(1.0, dark))
-    weight = np.array([0.30, 0.59, 0.11])
-    ramp = [bodies.utilisation_colour(value, dark) @ weight for value in np.linspace(0, 1, 21)]
-    assert (np.diff(ramp) > 0).all()
-
-
-@pytest.mark.slow
-def test_ghosts_show_where_twins_are_and_nothing_where_they_coincide():
-    frame, bare = 3, {}
-    for name in ("with", "without"):
-        scene, line, path = film(parted(), (640, 480))
-        with stage.Stage(scene, line if name == "with" else replace(line, twin=None), path, (640, 480)) as drawn:
-            bare[name] = drawn.draw(frame).astype(float)
-    fovy = float(scene.model.vis.global_.fovy)
-    changed = np.argwhere(np.abs(bare["with"] - bare["without"]).max(axis=-1) > 25)[:, ::-1]
-    places = [projected(path, frame, np.array([*twin[:2], 0.03]), fovy, (640, 480)) for twin in line.twin[frame]]
-    nearest = np.min([np.linalg.norm(changed - place, axis=-1) for place in places], axis=0)
-    assert len(changed) > 200
-    assert np.quantile(nearest, 0.95) < 60
-    body = bodies.Bodies(scene)
-    assert body.show_ghosts(line.pose[frame, :, :2], line.twin[frame, :, :2])
-    assert not body.show_ghosts(line.pose[frame, :, :2], line.pose[frame, :, :2])
-    assert not body.show_ghosts(line.pose[frame, :, :2], np.full((2, 2), np.nan))
-
-
-@pytest.mark.slow
-def test_tyres_take_the_colour_of_their_use():
-    scene, line, path = film(parted(), (640, 480))
-    with stage.Stage(scene, line, path, (640, 480)) as drawn:
-        drawn.draw(3)
-        for place in (0, 1):
-            for wheel, geoms in enumerate(drawn._bodies._parts[place].tyres):
-                assert geoms.size
-                assert all("tread" in scene.model.geom(k).name or "wall" in scene.model.geom(k).name for k in geoms)
-                dark = drawn._bodies._dark[place][wheel]
-                wanted = bodies.utilisation_colour(float(line.utilisation[3, place, wheel]), dark)
-                drawn._bodies.show(line.pose[3, :, :2], line.utilisation[3])
-                assert scene.model.geom_rgba[geoms[0], :3] == pytest.approx(wanted, abs=1e-6)
-
-
-# --- live plot, legend, map -------------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("size", [(640, 480), (1280, 720), (1920, 1080), (480, 640)])
-def test_split_screen_fills_the_picture(size):
-    view, beside = chart.split(size)
-    across = view[0] + beside.size[0] == size[0] and beside.size[1] == size[1] == view[1]
-    above = view[1] + beside.size[1] == size[1] and beside.size[0] == size[0] == view[0]
-    assert across != above
-    assert beside.corner == ((view[0], 0) if across else (0, view[1]))
-    assert view[0] % 2 == view[1] % 2 == 0
-
-
-@pytest.mark.parametrize("followers", [1, 15])
-def test_live_plot_is_drawn_up_to_now(followers):
-    recording = filmable(followers)
-    _, line, _ = film(recording, fps=10)
-    live = chart.Chart(recording, line, (460, 720))
-    first, middle, last = (live.draw(frame) for frame in (0, len(line) // 2, len(line) - 1))
-    assert first.shape == (720, 460, 3)
-    changed = np.flatnonzero((middle != first).any(axis=(0, 2)))
-    later = np.flatnonzero((last != middle).any(axis=(0, 2)))
-    assert changed.max() <= later.min()
-    assert later.size == pytest.approx(changed.size, rel=0.2)
-
-
-def test_legend_names_what_there_is():
-    _, line, _ = film(parted())
-    assert [text for *_, text in legend._signs(line)] == ["ideal twin", "friction used, 0 to 100 %"]
-    assert legend.draw_legend(film(filmable())[1], 1.0) is None
-    assert legend.draw_legend(line, 1.0).height == 20
-    assert legend.draw_legend(replace(line, twin=None, utilisation=None, slot=None, skids=()), 1.0) is None
-
-
-@pytest.mark.parametrize(
-    ("longest", "bar"), [(0.9, 0.5), (1.0, 1.0), (2.3, 2.0), (0.07, 0.05), (49.0, 20.0), (50.0, 50.0)]
-)
-def test_scale_bars_are_round(longest, bar):
-    assert map.round_length(longest) == pytest.approx(bar)
-
-
 # --- processes, qualities, formats ------------------------------------------------------------------------------------
 
 
@@ -452,10 +259,20 @@ def test_two_processes_draw_the_same_pixels_as_one(monkeypatch):
 
 
 @pytest.mark.slow
+def test_what_a_process_cannot_do_is_told_by_its_own_error(monkeypatch):
+    monkeypatch.setattr(crew, "_WORTH", 4)
+    recording = parted()
+    recording.dataset.attrs["scene"] = recording.dataset.attrs["scene"].replace("nh_mini", "nobody")
+    with pytest.raises(RobotError, match="no robot 'nobody'"):
+        next(video.frames(recording, size=SMALL, fps=1, speed=4.0, processes=2))
+
+
+@pytest.mark.slow
 def test_film_left_half_way_ends_its_processes(monkeypatch):
     monkeypatch.setattr(crew, "_WORTH", 4)
     pictures = video.frames(parted(), size=SMALL, fps=1, speed=1.0, processes=2)
     next(pictures)
+    assert len(multiprocessing.active_children()) == 2
     pictures.close()
     assert not multiprocessing.active_children()
 
@@ -546,6 +363,7 @@ def test_film_cut_short_by_the_disk_is_an_error(tmp_path, monkeypatch):
         ({"quality": "hihg"}, "no quality 'hihg'; did you mean 'high'"),
         ({"size": (641, 480)}, "size 641 x 480: expected even numbers"),
         ({"fps": 0}, "fps 0: expected at least 1"),
+        ({"processes": 0}, "processes 0: expected at least 1"),
         ({"speed": 0.0}, "speed 0.0: expected a positive number"),
         ({"speed": float("nan")}, "speed nan: expected a positive number"),
     ],

@@ -56,6 +56,7 @@ def render(
     if target.suffix not in FORMATS:
         raise RenderError(f"{target}: expected a name ending in {' or '.join(FORMATS)}")
     look = Look(camera, size, fps, speed, quality)
+    _check(recording, processes)
     find_encoder()
     gl.choose_backend()
     with atomic_path(target) as temporary, closing(_frames(recording, look, processes, progress)) as pictures:
@@ -76,6 +77,8 @@ def frames(
 ) -> Iterator[np.ndarray]:
     """Yields the pictures of a film, bytes of shape (height, width, 3); arguments as `render`.
 
+    A generator that is left half-way wants to be closed, which frees its OpenGL context.
+
     Raises:
         RenderError: OpenGL is missing, or an argument makes no film.
         RecordingError: the recording lacks the scene it was made in.
@@ -84,11 +87,17 @@ def frames(
 
 
 def _frames(recording: Recording, look: Look, processes: int, progress: Progress | None) -> Pictures:
-    if "scene" not in recording.dataset.attrs:
-        raise RecordingError("this recording does not say which scene it was made in: it cannot be filmed")
+    _check(recording, processes)
     total, pictures = painted(recording, look, processes)
     with closing(pictures):
         for frame, picture in enumerate(pictures):
             yield picture
             if progress is not None:
                 progress(frame + 1, total)
+
+
+def _check(recording: Recording, processes: int) -> None:
+    if "scene" not in recording.dataset.attrs:
+        raise RecordingError("this recording does not say which scene it was made in: it cannot be filmed")
+    if processes < 1:
+        raise RenderError(f"processes {processes}: expected at least 1")

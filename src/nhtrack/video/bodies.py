@@ -41,7 +41,7 @@ class Bodies:
             own = self._model.geom_bodyid == self._model.body(scene.spec.robots[0]).id
             self._model.geom_rgba[own, 3] = 1.0
         self._opaque = (self._model.mat_rgba[:, 3].copy(), self._model.geom_rgba[:, 3].copy())
-        self._dark = [[_look(self._model, tyre) for tyre in each.tyres] for each in self._parts]
+        self._dark = [[_colour_of(self._model, tyre) for tyre in each.tyres] for each in self._parts]
 
     def show(self, positions: np.ndarray, utilisation: np.ndarray | None) -> None:
         """Draws robots solid, but for those that stand inside another, with tyres coloured by what they use.
@@ -109,7 +109,8 @@ def robot_scale(scene: Scene) -> float:
     model, data = scene.model, mujoco.MjData(scene.model)
     mujoco.mj_kinematics(model, data)
     name = scene.spec.bodies[0]
-    own = [g for g in range(model.ngeom) if model.geom(g).name.startswith(f"{name}/") and model.geom_group[g] == 3]
+    all_own = [g for g in range(model.ngeom) if model.geom(g).name.startswith(f"{name}/")]
+    own = [g for g in all_own if model.geom_group[g] == 3] or all_own
     half = np.abs(data.geom_xpos[own, :2] - data.body(f"{name}/").xpos[:2]) + model.geom_aabb[own, 3:5]
     return float(half.max() / _NH_MINI)
 
@@ -143,7 +144,7 @@ def _drawn_tyre(model: mujoco.MjModel, tyre: int) -> np.ndarray:
     return np.asarray(shown[model.geom_matid[shown] == model.geom_matid[largest]])
 
 
-def _look(model: mujoco.MjModel, geoms: np.ndarray) -> np.ndarray:
+def _colour_of(model: mujoco.MjModel, geoms: np.ndarray) -> np.ndarray:
     """Returns the colour (3,) of the first of some geoms, black where there is none."""
     if not geoms.size:
         return np.zeros(3)

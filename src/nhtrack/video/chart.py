@@ -103,6 +103,8 @@ def _draw_panel(axes: Axes, recording: Recording, values: np.ndarray, opacity: f
     colour = SceneSpec.from_json(recording.dataset.attrs["scene"]).colour
     known = np.where(np.isfinite(values) & (values > 0), values, np.nan)
     drawn = np.flatnonzero(np.isfinite(known).any(axis=0))
+    axes.set_xlim(recording.time[0], recording.time[-1] if recording.time.size > 1 else recording.time[0] + 1)
+    axes.xaxis.set_major_locator(MaxNLocator(4))
     if drawn.size == 0:
         return
     if drawn.size > CROWD:
@@ -115,5 +117,3 @@ def _draw_panel(axes: Axes, recording: Recording, values: np.ndarray, opacity: f
     top = float(np.nanmax(known))
     axes.set_yscale("log")
     axes.set_ylim(max(float(np.nanmin(known)) / 1.5, top * 10.0**-_DECADES), 1.8 * top)
-    axes.set_xlim(recording.time[0], recording.time[-1] if recording.time.size > 1 else recording.time[0] + 1)
-    axes.xaxis.set_major_locator(MaxNLocator(4))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
 import matplotlib as mpl
@@ -20,6 +21,8 @@ def font(pixels: float, *, bold: bool = False) -> ImageFont.FreeTypeFont:
 
 def length(metres: float) -> str:
     """Returns a distance with a unit that suits it; figures of constant width, so that they can be read running."""
+    if math.isnan(metres):
+        return "unknown"
     if metres >= 1e4:
         return f"{metres:.0e} m"
     if metres >= 1.0:

@@ -7,7 +7,9 @@ from dataclasses import dataclass
 from nhtrack.errors import RenderError, did_you_mean
 from nhtrack.video.camera import CAMERAS
 
-__all__ = ["QUALITIES", "SPLIT", "Look", "Quality"]
+__all__ = ["CROWD", "QUALITIES", "SPLIT", "Look", "Quality"]
+
+CROWD = 20  # more robots than this are drawn with less
 
 SPLIT = "split"  # the group camera beside a live plot of the errors
 

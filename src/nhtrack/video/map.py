@@ -34,7 +34,8 @@ class Map:
         positions = timeline.pose[..., :2]
         low, high = positions.min(axis=(0, 1)), positions.max(axis=(0, 1))
         room = np.maximum(high - low, 0.2)
-        margin, foot = 12 * unit, 8 * unit  # the scale bar stands at the foot
+        margin = min(12 * unit, width / 4, tallest / 4)
+        foot = min(8 * unit, tallest / 4)  # where the scale bar stands
         self._scale = min((width - 2 * margin) / room[0], (tallest - 2 * margin - foot) / room[1])  # [pixels/m]
         self._size = (
             max(round(room[0] * self._scale + 2 * margin), width // 2),

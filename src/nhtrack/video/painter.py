@@ -58,7 +58,7 @@ class Painter:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        self._stage.__exit__(kind, error, trace)
+        self._stage.close()
 
     def paint(self, frame: int) -> np.ndarray:
         """Returns the picture of a frame, bytes of shape (height, width, 3)."""

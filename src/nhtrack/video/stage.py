@@ -13,12 +13,11 @@ from nhtrack.simulation.scene import Scene
 from nhtrack.video.bodies import Bodies, robot_scale, wheel_angles
 from nhtrack.video.camera import CameraPath
 from nhtrack.video.floor import Floor
-from nhtrack.video.look import QUALITIES, Quality
+from nhtrack.video.look import CROWD, QUALITIES, Quality
 from nhtrack.video.timeline import Timeline
 
-__all__ = ["CROWD", "Stage"]
+__all__ = ["Stage"]
 
-CROWD = 20  # more robots than this are drawn with less
 _SPARE_GEOMS = 200  # room for what MuJoCo itself adds to a scene
 _OUT_OF_SIGHT = (0.0, 0.0, -100.0)  # [m]
 _SHADOWED = 0.2  # share of the key light's angle in which it casts shadows: the picture's width of floor
@@ -77,6 +76,10 @@ class Stage:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Frees the OpenGL context."""
         self._render.free()
         self._context.free()
 

@@ -60,7 +60,6 @@ class Timeline:
         distance: position error of each robot [m], shape (f, n), NaN for the root.
         trails: where each robot went, as polylines of few vertices.
         speed: robot seconds per second of film.
-        fps: frames per second of film.
         twin: poses of the robots of the ideal twin, shape (f, n, 3), NaN where they are unknown, or None.
         slot: poses the robots ought to take, shape (f, n, 3), NaN where that is another robot's pose.
         utilisation: share of friction that each wheel uses, shape (f, n, 2), or None.
@@ -73,7 +72,6 @@ class Timeline:
     distance: np.ndarray
     trails: tuple[Trail, ...]
     speed: float
-    fps: int
     twin: np.ndarray | None = None
     slot: np.ndarray | None = None
     utilisation: np.ndarray | None = None
@@ -114,7 +112,6 @@ def make_timeline(
     at, rate = frame_times(time, fps, speed)
     error = recording["error"].values
     distance = np.hypot(error[..., 0], error[..., 1])
-    used = recording["friction_utilisation"].values if "friction_utilisation" in recording.dataset else None
     return Timeline(
         time=at,
         pose=_interpolate(time, recording["pose"].values, at),
@@ -122,12 +119,18 @@ def make_timeline(
         distance=_interpolate(time, distance, at),
         trails=make_trails(time, recording["pose"].values, vertices),
         speed=rate,
-        fps=fps,
         twin=_interpolate(time, recording["ideal_pose"].values, at) if recording.has_twin else None,
         slot=_interpolate(time, _slots(recording), at),
-        utilisation=None if used is None else _interpolate(time, used, at),
+        utilisation=_utilisation(recording, at),
         skids=_skids(recording),
     )
+
+
+def _utilisation(recording: Recording, at: np.ndarray) -> np.ndarray | None:
+    """Returns the share of friction used, at most 1: that of a wheel without load is infinite."""
+    if "friction_utilisation" not in recording.dataset:
+        return None
+    return _interpolate(recording.time, np.minimum(recording["friction_utilisation"].values, 1.0), at)
 
 
 def _slots(recording: Recording) -> np.ndarray:
@@ -140,7 +143,7 @@ def _slots(recording: Recording) -> np.ndarray:
         parents = [recording.robots.index(parent) for parent in recording.parents[name]]
         if len(parents) == 1:
             away = np.hypot(*np.moveaxis(slots[:, place, :2] - pose[:, parents[0], :2], -1, 0))
-            if np.nanmax(away) < _OWN_PLACE:
+            if not (away >= _OWN_PLACE).any():
                 slots[:, place] = np.nan
     return np.asarray(slots)
 
@@ -162,7 +165,8 @@ def _skids(recording: Recording) -> tuple[Skid, ...]:
             rows = np.unique(np.append(np.arange(max(first - 1, 0), last, stride), last))
             track = wheels[rows, robot, wheel]
             skids += [Skid(float(recording.time[row]), track[k : k + 2]) for k, row in enumerate(rows[1:])]
-    return tuple(sorted(skids, key=lambda skid: skid.time))
+    skids.sort(key=lambda skid: skid.time)
+    return tuple(skids[:: max(1, -(-len(skids) // _SKIDS))])  # wheels that chatter leave spells of a single row
 
 
 def make_trails(time: np.ndarray, pose: np.ndarray, vertices: int) -> tuple[Trail, ...]:
