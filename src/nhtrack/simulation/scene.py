@@ -102,9 +102,14 @@ class SceneSpec:
         return cls(**tree)
 
     @property
+    def first_body(self) -> int:
+        """Place in `robots` of the first robot that has a body in the scene."""
+        return 1 if self.virtual_root else 0
+
+    @property
     def bodies(self) -> tuple[str, ...]:
         """Names of the robots that have a body in the scene."""
-        return self.robots[1:] if self.virtual_root else self.robots
+        return self.robots[self.first_body :]
 
     def colour(self, place: int) -> str:
         """Returns the colour `#RRGGBB` in which the robot at a place of `robots` is drawn."""

@@ -119,8 +119,7 @@ class Floor:
         """Adds a white disc below each twin: its rim shows around the robot that is where it ought to be."""
         if self._timeline.twin is None:
             return
-        first = 1 if self._scene.marker is not None else 0
-        for pose in self._timeline.twin[frame, first:]:
+        for pose in self._timeline.twin[frame, self._scene.spec.first_body :]:
             if np.isfinite(pose).all():
                 self._add_disc(pose, radius, _RING, _solid(0.8 * _WHITE + 0.2 * _PAVED))
 

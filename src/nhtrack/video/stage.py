@@ -52,7 +52,7 @@ class Stage:
         model = scene.model
         _set_quality(scene, size, camera.distance, quality)
         shadows = _shadow(scene, quality) > 0
-        self._bodies = Bodies(scene)
+        self._bodies, self._embodied = Bodies(scene), slice(scene.spec.first_body, None)
         self._floor = Floor(scene, timeline, robot_scale(scene), size[1], shadows)
         self._data, self._twin_data = mujoco.MjData(model), mujoco.MjData(model)
         self._twin_qpos = _twin_qpos(scene, timeline)
@@ -97,11 +97,6 @@ class Stage:
         mujoco.mjr_readPixels(picture, None, view, self._render)
         return np.asarray(picture[::-1])  # OpenGL counts rows from below
 
-    @property
-    def _first(self) -> int:
-        """Place of the first robot with a body."""
-        return 0 if self._scene.marker is None else 1
-
     def _add_robots(self, frame: int) -> None:
         """Puts bodies, marker and light where they are in a frame; kinematics only, no physics."""
         model, data, timeline = self._scene.model, self._data, self._timeline
@@ -114,8 +109,8 @@ class Stage:
             # The further the camera, the higher the light: the patch it lights grows with the picture
             height = max(1.0, 0.6 * float(self._path.distance[frame]) / _LIT_WIDTH)
             model.light_pos[self._key] = self._path.lookat[frame] + height * self._key_offset
-        used = None if timeline.utilisation is None else timeline.utilisation[frame, self._first :]
-        self._bodies.show(timeline.pose[frame, self._first :, :2], used)
+        used = None if timeline.utilisation is None else timeline.utilisation[frame, self._embodied]
+        self._bodies.show(timeline.pose[frame, self._embodied, :2], used)
         mujoco.mj_kinematics(model, data)
         mujoco.mj_camlight(model, data)
         # The endless floor is centred below the camera of the scene as it stands: without this, that of another frame
@@ -127,7 +122,7 @@ class Stage:
         """Adds the ideal twins that are not where their robots are."""
         if self._twin_qpos is None or self._timeline.twin is None:
             return
-        positions, twins = (poses[frame, self._first :, :2] for poses in (self._timeline.pose, self._timeline.twin))
+        positions, twins = (poses[frame, self._embodied, :2] for poses in (self._timeline.pose, self._timeline.twin))
         if not self._bodies.show_ghosts(positions, twins):
             return
         self._twin_data.qpos[:] = self._twin_qpos[frame]
@@ -141,7 +136,7 @@ def _twin_qpos(scene: Scene, timeline: Timeline) -> np.ndarray | None:
     """Returns MuJoCo coordinates of the twins, shape (f, nq), or None; those that are unknown lie at the origin."""
     if timeline.twin is None or not scene.spec.bodies:
         return None
-    twin = np.nan_to_num(timeline.twin[:, 0 if scene.marker is None else 1 :], posinf=0.0, neginf=0.0)
+    twin = np.nan_to_num(timeline.twin[:, scene.spec.first_body :], posinf=0.0, neginf=0.0)
     angles = wheel_angles(twin, scene.drive.wheel_radius, scene.drive.half_separation)
     return np.asarray(scene.qpos_of(twin, angles))
 

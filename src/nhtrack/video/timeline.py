@@ -221,7 +221,7 @@ def _configuration(recording: Recording, scene: Scene, at: np.ndarray) -> np.nda
     time = recording.time
     if "qpos" in recording.dataset:
         return _unit_quaternions(scene.model, _interpolate(time, recording["qpos"].values, at))
-    bodies = slice(1 if scene.spec.virtual_root else 0, None)
+    bodies = slice(scene.spec.first_body, None)
     pose = recording["pose"].values[:, bodies]
     angle = np.zeros((*pose.shape[:-1], 2))
     if "wheel_speed" in recording.dataset:
