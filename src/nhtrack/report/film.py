@@ -14,7 +14,7 @@ _CAMERAS = {
     "group": "The camera follows and frames all robots",
     "top": "Seen from above",
     "isometric": "The camera stands still and frames the whole run",
-    "chase": "The camera follows the leader",
+    "chase": "The camera follows the first follower",
     "split": "The camera follows and frames all robots, beside their errors",
 }
 
