@@ -422,7 +422,7 @@ def test_a_film_tells_how_long_it_lasts_and_how_fast_it_is(tmp_path: Path) -> No
     video = {"camera": "chase", "fps": 25, "speed": None}
     read = read_film(film, whole_recording(1, samples=51, scenario={"video": video}))
     assert read.speed == pytest.approx(40, rel=MILLISECOND)
-    assert read.caption.startswith("The camera follows the leader; a second of film is 40 s of the robot.")
+    assert read.caption.startswith("The camera follows the first follower; a second of film is 40 s of the robot.")
     wanted = read_film(film, whole_recording(1, samples=51, scenario={"video": video | {"speed": 1.0}}))
     assert (wanted.speed, "a second of film is a second of the robot" in wanted.caption) == (1.0, True)
 
