@@ -21,7 +21,7 @@ from nhtrack import gl, video
 from nhtrack.recording import Recording, make_recording
 from nhtrack.simulation.scene import SceneSpec
 
-SECONDS, APART = 20.0, 0.15  # [s] of film at 30 frames a second; [m] from a robot to its twin
+SECONDS, APART = 8.0, 0.15  # [s] of film at 30 frames a second; [m] from a robot to its twin
 
 
 def winding(n: int) -> Recording:
