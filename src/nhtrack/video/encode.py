@@ -22,7 +22,7 @@ FORMATS: dict[str, dict[str, Any]] = {
         "codec": "libx264",
         "pix_fmt_out": "yuv420p",  # because players expect it
         # The index in front, so that a browser need not fetch the whole file first
-        "output_params": ["-preset", "veryfast", "-crf", "20", "-movflags", "+faststart"],
+        "output_params": ["-preset", "veryfast", "-crf", "23", "-movflags", "+faststart"],
     },
     ".gif": {
         "codec": "gif",
