@@ -140,6 +140,11 @@ class Recording:
         return str(self.dataset.attrs["backend"])
 
     @property
+    def groups(self) -> dict[str, list[str]]:
+        """Followers of each run by its label, in a recording of several; empty in one of a single run."""
+        return dict(json.loads(self.dataset.attrs.get("groups", "{}")))
+
+    @property
     def has_twin(self) -> bool:
         """Whether the run is held against an ideal twin: one on the ideal integrator is its own."""
         return self.backend != "ideal" and "ideal_pose" in self.dataset

@@ -12,21 +12,8 @@ from nhtrack.cli import app
 from nhtrack.recording import Recording
 from nhtrack.scenario.load import load
 from nhtrack.study import compare as study
+from reports import CASE, WILD
 
-CASE = """\
-name: case
-duration: 4
-control_rate: 20
-backend: ideal
-similarity: {length: 0.1, time: 1}
-leader:
-  start: {pose: [0, 0, 0]}
-  input: {u_x: 0.1, u_theta: "0.2*cos(t)"}
-followers:
-  - {name: follower, parents: [leader], start: {pose: [-1, 0, 0]}}
-law: {name: published, kp: 1, kd: 3, ke: 0.3, k: 5}
-"""
-WILD = "{name: kanayama, k_inner: 250}"  # diverges within a second
 QUIET = ("--no-video", "--no-figures", "--no-report")
 
 

@@ -8,7 +8,6 @@ from typing import Any
 import networkx as nx
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.patches import Circle, FancyArrowPatch
@@ -17,7 +16,7 @@ from nhtrack.arrays import Array
 from nhtrack.plots.names import spread
 from nhtrack.plots.style import COLUMN, INK, column_styled, plain, run_title, styled
 from nhtrack.recording import Recording
-from nhtrack.simulation.palette import robot_colour
+from nhtrack.simulation.palette import robot_colour, wants_dark_ink
 
 __all__ = ["communication", "graph", "ink_on", "left_title"]
 
@@ -70,10 +69,7 @@ def left_title(figure: Figure, title: str) -> None:
 
 def ink_on(colour: str) -> str:
     """Returns the ink, dark or white, that is read better on a colour: that of the higher contrast (WCAG 2)."""
-    rgb = np.array(to_rgb(colour))
-    linear = np.where(rgb <= 0.04045, rgb / 12.92, ((rgb + 0.055) / 1.055) ** 2.4)
-    luminance = float(linear @ [0.2126, 0.7152, 0.0722])
-    return "white" if 1.05 / (luminance + 0.05) > (luminance + 0.05) / 0.05 else INK
+    return INK if wants_dark_ink(colour) else "white"
 
 
 # The communication graph of a run -------------------------------------------------------------------------------------

@@ -16,7 +16,7 @@ from nhtrack.plots.ground import ground_of
 from nhtrack.plots.marks import covered
 from nhtrack.plots.style import CROWD
 from nhtrack.recording import Recording
-from nhtrack.report.panels import colours_of, groups_of, make_panels
+from nhtrack.report.panels import colours_of, make_panels
 from nhtrack.report.thin import even_rows, numbers
 from nhtrack.report.words import has_virtual_root
 from nhtrack.simulation.palette import GRIP, ICE
@@ -39,7 +39,7 @@ def payload(recording: Recording) -> dict[str, Any]:
         "robots": [{"name": name, "colour": colour} for name, colour in zip(recording.robots, colours, strict=True)],
         "virtual_root": has_virtual_root(recording),
         "crowd": len(recording.robots) - 1 > CROWD,
-        "grouped": bool(groups_of(recording)),
+        "grouped": bool(recording.groups),
         "twin": recording.has_twin,
         "backend": "MuJoCo" if recording.backend == "mujoco" else "ideal integrator",
         "frames": frames,

@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from markupsafe import Markup
 
 from nhtrack.network import Network
-from nhtrack.simulation.palette import robot_colour
+from nhtrack.simulation.palette import robot_colour, wants_dark_ink
 
 _RADIUS = 14.0  # of a robot [px]
 _ROW, _COLUMN, _LEVEL = 36.0, 44.0, 92.0  # [px] between robots, between columns of one level, between levels
@@ -79,10 +79,7 @@ def _robot(spot: Spot, name: str, colour: str) -> Markup:
 
 def ink_on(colour: str) -> str:
     """Returns black or white, whichever contrasts more with a colour `#RRGGBB`, by relative luminance (WCAG 2)."""
-    shares = [int(colour[k : k + 2], 16) / 255 for k in (1, 3, 5)]
-    red, green, blue = (c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in shares)
-    luminance = 0.2126 * red + 0.7152 * green + 0.0722 * blue
-    return "#000000" if (luminance + 0.05) ** 2 > 0.05 * 1.05 else "#ffffff"
+    return "#000000" if wants_dark_ink(colour) else "#ffffff"
 
 
 def _short(name: str) -> str:

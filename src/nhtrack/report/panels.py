@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
@@ -114,11 +113,6 @@ def colours_of(recording: Recording) -> list[str]:
     return [robot_colour(place) if spec is None else spec.colour(place) for place in range(len(recording.robots))]
 
 
-def groups_of(recording: Recording) -> dict[str, list[str]]:
-    """Returns the followers of each run by its label, for a recording of several; nothing for one of a single run."""
-    return dict(json.loads(recording.dataset.attrs.get("groups", "{}")))
-
-
 def _curves(panel: Panel, recording: Recording) -> list[tuple[dict[str, Any], np.ndarray]]:
     """Returns what curves are called and their columns: one a robot, or low, median and high of a crowd.
 
@@ -142,7 +136,7 @@ def _curves(panel: Panel, recording: Recording) -> list[tuple[dict[str, Any], np
 def _bands(recording: Recording, colours: list[str]) -> list[tuple[dict[str, Any], list[int]]]:
     """Returns what the crowds of a recording are called, and the places of their robots."""
     places = {name: place for place, name in enumerate(recording.robots)}
-    groups = groups_of(recording)
+    groups = recording.groups
     if not groups:
         followers = list(range(1, len(recording.robots)))
         return [({"name": f"median of {len(followers)} followers", "colour": BAND_COLOUR}, followers)]

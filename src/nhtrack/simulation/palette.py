@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-__all__ = ["FOLLOWERS", "GRIP", "ICE", "ROOT", "UTILISATION", "rgb", "robot_colour"]
+__all__ = ["FOLLOWERS", "GRIP", "ICE", "ROOT", "UTILISATION", "rgb", "robot_colour", "wants_dark_ink"]
 
 # A set that colour-blind readers can tell apart (Okabe and Ito 2008), most readable on white first.
 ROOT = "#D55E00"
@@ -24,3 +24,10 @@ def rgb(colour: str) -> tuple[float, float, float]:
     """Returns red, green and blue from 0 to 1 of a colour written `#RRGGBB`."""
     red, green, blue = (int(colour[i : i + 2], 16) / 255 for i in (1, 3, 5))
     return red, green, blue
+
+
+def wants_dark_ink(colour: str) -> bool:
+    """Returns whether black contrasts more with a colour `#RRGGBB` than white, by relative luminance (WCAG 2)."""
+    red, green, blue = (c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in rgb(colour))
+    luminance = 0.2126 * red + 0.7152 * green + 0.0722 * blue
+    return (luminance + 0.05) ** 2 > 0.05 * 1.05

@@ -134,9 +134,8 @@ def _whole_run(pose: np.ndarray, lens: Lens, azimuth: float, elevation: float) -
 
 def _still(subject: np.ndarray, distance: np.ndarray, azimuth: float, elevation: float, lens: Lens) -> CameraPath:
     """Returns a path of one direction of view that looks a little beyond its subject (f, 3), see `_beyond`."""
-    frames, axes = len(subject), _axes(azimuth, elevation)
-    ahead = np.array([-axes[0, 1], axes[0, 0], 0.0])
-    lookat = subject + _beyond(lens, elevation) * distance[:, None] * ahead
+    frames = len(subject)
+    lookat = subject + _beyond(lens, elevation) * distance[:, None] * _ahead(_axes(azimuth, elevation))
     return CameraPath(lookat, distance, np.full(frames, azimuth), np.full(frames, elevation))
 
 
@@ -167,6 +166,11 @@ def _axes(azimuth: float, elevation: float) -> np.ndarray:
     return np.stack([right, np.cross(right, forward), forward])
 
 
+def _ahead(axes: np.ndarray) -> np.ndarray:
+    """Returns the view's direction on the floor, shape (3,), from the camera's directions."""
+    return np.array([-axes[0, 1], axes[0, 0], 0.0])
+
+
 def _with_height(xy: np.ndarray) -> np.ndarray:
     """Returns points on the level of the axles, shape (..., 2) -> (..., 3)."""
     return np.concatenate([xy, np.full((*xy.shape[:-1], 1), 0.03)], axis=-1)
@@ -177,8 +181,7 @@ def _middle(points: np.ndarray, axes: np.ndarray) -> np.ndarray:
 
     The box is taken on the floor: to the right, and along the view's horizontal direction.
     """
-    ahead = np.array([-axes[0, 1], axes[0, 0], 0.0])
-    floor = np.stack([axes[0], ahead])
+    floor = np.stack([axes[0], _ahead(axes)])
     along = points @ floor.T
     middle = (along.min(axis=1) + along.max(axis=1)) / 2
     height = points[:, :1, 2]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from typing import TypeAlias
 
 import numpy as np
@@ -130,5 +129,4 @@ class Overlay:
 
 def _groups(recording: Recording) -> dict[str, list[int]]:
     """Returns the places of the robots of each group, for a recording that says it has some; see `together`."""
-    groups: dict[str, list[str]] = json.loads(recording.dataset.attrs.get("groups", "{}"))
-    return {name: [recording.robots.index(robot) for robot in robots] for name, robots in groups.items()}
+    return {name: [recording.robots.index(robot) for robot in robots] for name, robots in recording.groups.items()}

@@ -14,7 +14,7 @@ from nhtrack.report.keys import meanings, yaml_text
 from nhtrack.report.page import Page, write_page
 from nhtrack.report.pages.run import Extras
 from nhtrack.report.pages.timed import SCRIPTS, SECTIONS, timed_contents, with_film
-from nhtrack.report.panels import decades, groups_of
+from nhtrack.report.panels import decades
 from nhtrack.report.units import listed, quantity, seconds, share
 
 Row = Mapping[str, Any]  # of `laws` in a comparison's tree
@@ -127,7 +127,7 @@ def fitted(panel: Mapping[str, Any], kept: Iterable[str], recording: Recording) 
         kept: labels of the runs that completed.
         recording: of all runs.
     """
-    groups = groups_of(recording)
+    groups = recording.groups
     names = {recording.robots[0], *kept, *(name for label in kept for name in groups[label])}
     values = [_values(curve) for curve in panel["curves"] if curve["name"] in names]
     wanted = np.concatenate([np.zeros(0), *values])
