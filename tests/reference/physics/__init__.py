@@ -1,0 +1,1 @@
+"""What moves the robots, as arrays: the ideal integrator and MuJoCo behind one contract."""

@@ -1,0 +1,47 @@
+"""A tyre's friction row and its rate correction (docs/fidelity.md), as arrays: kept as second implementation."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import mujoco
+
+from nhtrack.arrays import Array
+
+
+@dataclass(frozen=True)
+class FrictionRow:
+    """One friction row of a tyre's contact, below the limit of friction.
+
+    A physics step h of a row with the damping b and the regularisation R that bears the force f turns the velocity
+    `before` of the tyre along the row, in the configuration at the middle of the step, into
+
+        after = (1 - h b) before - h b surface - h R f
+
+    where `surface` is the tyre's surface velocity. MuJoCo leaves the rate of the contact frame out of its rows, so that
+    a wheel that turns slides sideways at v omega / b; and a force makes it creep at R f / b.
+
+    Attributes:
+        step: h [s].
+        damping: b = 2/(d timeconst) [1/s], from the geom's solref (timeconst) and the impedance d of its solimp.
+        regularisation: R = (1 - d)/d A/impratio [1/kg], A the inverse inertia that MuJoCo takes for the tyre's body.
+    """
+
+    step: float
+    damping: float
+    regularisation: float
+
+    @classmethod
+    def of(cls, model: mujoco.MjModel, tyre: int) -> FrictionRow:
+        """Returns the friction row of a geom on the floor."""
+        step, impedance = float(model.opt.timestep), float(model.geom_solimp[tyre, 1])
+        timeconst = max(float(model.geom_solref[tyre, 0]), 2 * step)
+        inverse = float(model.body_invweight0[model.geom_bodyid[tyre], 0])
+        return cls(
+            step, 2 / (impedance * timeconst), (1 - impedance) / impedance * inverse / float(model.opt.impratio)
+        )
+
+    def surface_velocity(self, before: Array, after: Array, force: Array) -> Array:
+        """Returns the surface velocity [m/s] with which a step under a force [N] ends at the velocity `after` [m/s]."""
+        given_up = self.step * self.damping
+        return ((1 - given_up) * before - after - self.step * self.regularisation * force) / given_up

@@ -1,0 +1,197 @@
+"""From a loaded scenario to its run on the array code."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import inf
+from typing import Literal
+
+import numpy as np
+
+from nhtrack.ground import Patch
+from nhtrack.network import Network
+from nhtrack.reference import Reference, Signal, make_segments, make_signal
+from nhtrack.scenario import schema
+from nhtrack.similarity import Similarity
+from nhtrack.simulation.scene import Payload, SceneSpec, reduced_models
+from reference.laws import BASELINES, Law, Limits, Published, Stabiliser, Universal
+from reference.motion_limits import motion_limits
+from reference.physics.ideal import IdealSimulation
+from reference.physics.mujoco import MujocoSimulation
+from reference.physics.scene import make_scene
+from reference.physics.state import State
+from reference.rollout import Rollout, Tracking, rollout
+
+Backend = Literal["mujoco", "ideal"]
+
+
+def run_reference(
+    scenario: schema.Scenario,
+    duration_periods: int | None = None,
+    backend: Backend | None = None,
+    nudge: float = 0.0,
+) -> dict[str, np.ndarray]:
+    """Returns `time` [s], the variables of `nhtrack.recording.VARIABLES`, and `qpos` where MuJoCo ran.
+
+    Rows are the starts of the control periods and the end of the last; a run that diverges has fewer.
+
+    Args:
+        scenario: a loaded scenario with a number for its time scale.
+        duration_periods: how many control periods to run, or None for all.
+        backend: what to run on instead of the scenario's own.
+        nudge: how far to move the start of every robot but the root along x [m].
+
+    Raises:
+        ValueError: the scenario says `time: auto`.
+    """
+    experiment = build(scenario, duration_periods)
+    experiment.start.g[1:, 0] += nudge
+    names, dt = experiment.network.names, experiment.dt
+    drive = reduced_models(experiment.scene)[1]
+    main = twin = experiment.rollout(IdealSimulation(names, drive, dt, experiment.scene.ground))
+    if (backend or scenario.backend) == "mujoco":
+        main = experiment.rollout(MujocoSimulation(make_scene(experiment.scene), dt))
+    shared = min(len(main.time), len(twin.time))
+    ideal_pose = np.full_like(main.variables["pose"], np.nan)
+    ideal_pose[:shared] = twin.variables["pose"][:shared]
+    found = {"time": main.time, **main.variables, "ideal_pose": ideal_pose}
+    return found if main.qpos is None else found | {"qpos": main.qpos}
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """All that a rollout needs, in robot units."""
+
+    network: Network
+    tracking: Tracking
+    law: Law
+    start: State
+    inputs: np.ndarray
+    dt: float
+    scene: SceneSpec
+
+    def rollout(self, simulation: IdealSimulation | MujocoSimulation) -> Rollout:
+        """Returns the run of this experiment in a simulation."""
+        return rollout(simulation, self.law, self.network, self.inputs, self.start, self.tracking)
+
+
+def build(scenario: schema.Scenario, periods: int | None = None) -> Experiment:
+    """Returns the experiment of a scenario; the leader's input is taken at the middle of each period."""
+    if scenario.similarity.time == "auto":
+        raise ValueError("similarity.time: auto; put the number there first")
+    similarity = Similarity(scenario.similarity.length, scenario.similarity.time)
+    network = Network.from_parents(scenario.parents, scenario.weights)
+    dt = 1.0 / scenario.control_rate
+    count = max(1, round(scenario.duration * similarity.time * scenario.control_rate))
+    count = count if periods is None else min(periods, count)
+    middles = similarity.times_to_scenario((np.arange(count) + 0.5) * dt)
+    return Experiment(
+        network=network,
+        tracking=_tracking(scenario, network, similarity),
+        law=_law(scenario.law, similarity, _limits(scenario)),
+        start=_start(scenario, network, similarity),
+        inputs=similarity.inputs_to_robot(_reference(scenario.leader.input).sample(middles)),
+        dt=dt,
+        scene=_scene(scenario),
+    )
+
+
+def _scene(scenario: schema.Scenario) -> SceneSpec:
+    physics, length = scenario.physics, scenario.similarity.length
+    return SceneSpec(
+        robots=tuple(scenario.parents),
+        robot=scenario.robot,
+        timestep=physics.timestep,
+        friction=physics.friction,
+        contact=physics.contact.model,
+        rate_correction=physics.contact.rate_correction,
+        robot_contact=physics.robot_contact,
+        virtual_root=scenario.leader.virtual,
+        base=physics.base,
+        patches=tuple(_patch(patch, length) for patch in physics.patches),
+        slope=physics.slope.angle,
+        uphill=physics.slope.uphill,
+        payload=_payload(physics.payload),
+        wheel_mismatch=physics.wheel_mismatch,
+        torque_limit=physics.motors.torque_limit,
+        no_load_speed=physics.motors.no_load_speed,
+        compensation=physics.compensation,
+    )
+
+
+def _patch(patch: schema.Patch, length: float) -> Patch:
+    shapes = {name: getattr(patch, name) for name in ("disc", "rectangle")}
+    scaled = {name: None if sides is None else tuple(length * side for side in sides) for name, sides in shapes.items()}
+    return Patch(patch.friction, **scaled)
+
+
+def _payload(payload: schema.Payload | None) -> Payload | None:
+    return None if payload is None else Payload(payload.mass, (*payload.offset, payload.height), payload.size)
+
+
+def _limits(scenario: schema.Scenario) -> Limits | None:
+    wanted = scenario.law.limits if isinstance(scenario.law, schema.UniversalLaw) else None
+    if wanted is None:
+        return None
+    spec = _scene(scenario)
+    return motion_limits(reduced_models(spec)[1], spec.ground, wanted.utilisation, wanted.speed)
+
+
+def _law(law: schema.Law, similarity: Similarity, limits: Limits | None) -> Law:
+    match law:
+        case schema.PublishedLaw():
+            gains = similarity.scale_gains(law.kp, law.kd, law.ke, law.k)
+            return Published(*gains, law.variant, law.hysteresis, law.dead_zone.length, law.dead_zone.speed)
+        case schema.StabiliserLaw():
+            gains = similarity.scale_gains(law.kp, law.kd, 0.0, law.k)
+            return Stabiliser(gains.kp, gains.kd, gains.k, law.hysteresis, law.dead_zone.length)
+        case schema.UniversalLaw():
+            length, time = similarity.length, similarity.time
+            return Universal(
+                k1=law.k1 / time**2,
+                k2=law.k2 / time,
+                k3=law.k3 / time,
+                c=law.c / time,
+                m=law.m,
+                field_speed=law.field_speed * length / time,
+                turn_rate=law.turn_rate / time,
+                dock_radius=law.dock_radius * length,
+                dock_speed=law.dock_speed * length / time,
+                limits=limits,
+            )
+        case _:
+            kind = BASELINES[law.name]
+            return kind(
+                **{gain: similarity.scale(getattr(law, gain), *powers) for gain, powers in kind.dimensions.items()}
+            )
+
+
+def _reference(given: schema.Input) -> Reference:
+    if isinstance(given, schema.TableInput):
+        return Reference.from_table(given.table.t, given.table.u_x, given.table.u_theta, given.interpolation)
+    return Reference(_signal(given.u_x), _signal(given.u_theta))
+
+
+def _signal(given: schema.Signal) -> Signal:
+    if isinstance(given, tuple):
+        return make_segments([(segment.until, segment.value) for segment in given])
+    return make_signal(given)
+
+
+def _tracking(scenario: schema.Scenario, network: Network, similarity: Similarity) -> Tracking:
+    places = {follower.name: follower.offset for follower in scenario.followers}
+    offsets = np.array([places.get(name, (0.0, 0.0)) for name in network.names])
+    return Tracking(
+        offsets=similarity.length * offsets,
+        virtual_leader=scenario.virtual_leader,
+        formation=scenario.formation,
+        dead_zone_speed=scenario.law.dead_zone.speed,
+        rate_limit=scenario.law.turn_rate / similarity.time if isinstance(scenario.law, schema.UniversalLaw) else inf,
+    )
+
+
+def _start(scenario: schema.Scenario, network: Network, similarity: Similarity) -> State:
+    starts = {scenario.leader.name: scenario.leader.start} | {f.name: f.start for f in scenario.followers}
+    pose = np.array([starts[name].pose for name in network.names])
+    twist = np.array([(starts[name].twist[0], 0.0, starts[name].twist[1]) for name in network.names])
+    return State(0.0, similarity.poses_to_robot(pose), similarity.twists_to_robot(twist))

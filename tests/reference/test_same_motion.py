@@ -1,0 +1,111 @@
+"""Runs of the package are the motions that the array code gives."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+import pytest
+from pydantic import TypeAdapter
+
+from nhtrack.assets import bundled_scenarios
+from nhtrack.scenario import schema
+from nhtrack.scenario.load import load
+from nhtrack.study.feasibility import with_time
+from nhtrack.study.run import simulate
+from reference.comparison import POSITION, Comparison, arrays_of, compare, shortened
+from reference.run import run_reference
+
+SECONDS = 2.0
+LAW_SECONDS = 1.0
+MANY = 16  # robots from which MANY_PERIODS are enough: the array code is slow
+MANY_PERIODS = 5
+
+LAWS: Mapping[str, Mapping[str, object]] = {
+    "published": {"kp": 27.9, "kd": 50.8, "ke": 0.044, "k": 7.25},
+    "full": {"name": "published", "variant": "full", "kp": 27.9, "kd": 50.8, "ke": 0.044, "k": 7.25},
+    "stabiliser": {"kp": 27.9, "kd": 50.8, "k": 7.25},
+    "universal": {},
+    "limited": {"name": "universal", "limits": {"utilisation": 0.5}},
+    "kanayama": {},
+    "samson": {},
+    "jiang_nijmeijer": {},
+    "feedback_linearisation": {},
+    "look_ahead": {},
+}
+
+
+def differences(scenario: schema.Scenario, periods: int) -> Comparison:
+    """Returns how far a run of the package is from the array code's."""
+    reference = run_reference(scenario, periods)
+    found = arrays_of(simulate(shortened(scenario, periods)).recording)
+    return compare(reference, found, tuple(scenario.parents))
+
+
+def require_same(comparison: Comparison) -> None:
+    """Fails with all differences where a pose of a run or of its twin differs."""
+    assert comparison.is_same, comparison
+    assert comparison.largest["ideal_pose [m]"].size <= POSITION, comparison
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", bundled_scenarios())
+def test_bundled_scenario_begins_as_on_the_array_code(name: str) -> None:
+    scenario = with_time(load(name))
+    periods = round(SECONDS * scenario.control_rate) if len(scenario.parents) < MANY else MANY_PERIODS
+    require_same(differences(scenario, periods))
+
+
+@pytest.mark.parametrize(("law", "twist"), [*((law, "exact") for law in LAWS), ("published", "printed")])
+def test_law_moves_ideal_robots_as_the_array_law(law: str, twist: str) -> None:
+    """Four robots in formation, one with two parents, and all its displaced and folded leaders."""
+    scenario = load("paper/example4")
+    followers = tuple(
+        follower.model_copy(update={"offset": (-1.0, 0.5 * place)}) for place, follower in enumerate(scenario.followers)
+    )
+    scenario = scenario.model_copy(
+        update={
+            "backend": "ideal",
+            "followers": followers,
+            "virtual_leader": "exact" if twist == "exact" else "convex",
+            "formation": twist,
+            "law": TypeAdapter(schema.Law).validate_python({"name": law} | dict(LAWS[law])),
+        }
+    )
+    require_same(differences(scenario, round(LAW_SECONDS * scenario.control_rate)))
+
+
+def test_time_scale_has_to_be_a_number() -> None:
+    scenario = load("tour/hello")
+    scenario = scenario.model_copy(
+        update={"similarity": scenario.similarity.model_copy(update={"time": "auto"})}
+    )
+    with pytest.raises(ValueError, match="auto"):
+        run_reference(scenario, 1)
+
+
+def test_two_micrometres_are_not_the_same_motion() -> None:
+    scenario = load("tour/hello").model_copy(update={"backend": "ideal"})
+    one, other = (run_reference(scenario, 50, nudge=nudge) for nudge in (0.0, 2e-6))
+    comparison = compare(one, other, tuple(scenario.parents))
+    assert not comparison.is_same
+    assert comparison.switch is None
+    assert comparison.exceeded == 0.0
+
+
+@pytest.mark.parametrize("sudden", [True, False])
+def test_only_a_jump_of_the_inputs_counts_as_a_switch(sudden: bool) -> None:
+    """A switch that comes a period later in one of two runs, and a gain that is wrong by little."""
+    scenario = load("tour/hello").model_copy(update={"backend": "ideal"})
+    one = run_reference(scenario, 50)
+    one["input"][:, 1, 0] = np.where(np.arange(51) < 30, 1.0, -1.0)
+    other = {name: values.copy() for name, values in one.items()}
+    if sudden:
+        other["input"][30, 1, 0] = 1.0
+    else:
+        other["input"][:, 1, 0] += 1e-5 * np.arange(51)
+    other["pose"][31:, 1, 0] += 1e-4
+    comparison = compare(one, other, tuple(scenario.parents))
+    assert comparison.is_same == sudden
+    assert comparison.position == pytest.approx(0.0 if sudden else 1e-4)
+    assert (comparison.switch is not None) == sudden
