@@ -102,12 +102,12 @@ def compare(reference: Run, found: Run, robots: tuple[str, ...], *, cut: bool = 
         comparison.ends = float(reference["time"][-1]), float(found["time"][-1])
     one, other = ({name: values[:rows] for name, values in run.items()} for run in (reference, found))
     time = one["time"]
-    names = [name for name in one if name in other]
+    names = [name for name in one if name in other and one[name].shape == other[name].shape]
     apart = {name: _apart(name, one[name], other[name]) for name in names}
     for name in names:
         comparison.largest |= _largest(name, apart[name], time, robots)
-    absent = sorted(set(one) ^ set(other))
-    comparison.largest |= {f"{name} (in one only)": Difference(np.inf, 0.0, "") for name in absent}
+    unlike = sorted((set(one) | set(other)) - set(names))
+    comparison.largest |= {f"{name} (absent or other shape)": Difference(np.inf, 0.0, "") for name in unlike}
     gaps = [_length(_difference(run["pose"], run[_TWINS_OWN])[..., :2]) for run in (one, other)]
     comparison.largest["gap to twin [m]"] = _at(_difference(*gaps), time, robots)
     headings = [np.abs(run["pose"][..., 2] - run[_TWINS_OWN][..., 2]) for run in (one, other)]
