@@ -12,7 +12,16 @@ import pytest
 from nhtrack import assets
 from nhtrack.errors import RobotError
 from nhtrack.ground import Patch
-from nhtrack.simulation.scene import Payload, Scene, SceneSpec, load_robot, make_scene, reduced_models, robot_path
+from nhtrack.simulation.scene import (
+    Payload,
+    Scene,
+    SceneSpec,
+    load_robot,
+    make_scene,
+    reduced_models,
+    robot_path,
+    unit_spec,
+)
 from tolerances import HAND, READING
 
 TRIO = SceneSpec(("leader", "f1", "f2"))
@@ -348,9 +357,7 @@ class TestTyres:
     def test_the_wheels_of_one_that_rolls_turn_at_speeds_of_their_own(self) -> None:
         scene = make_scene(replace(ONE, wheel_mismatch=0.02))
         qvel = scene.qvel_of(np.zeros((1, 3)), np.array([[0.3, 0.0, 0.0]]))
-        np.testing.assert_allclose(
-            qvel[scene.addresses.wheel_qvel[0]], (0.3 / 0.0303, 0.3 / 0.0297), rtol=HAND
-        )
+        np.testing.assert_allclose(qvel[scene.addresses.wheel_qvel[0]], (0.3 / 0.0303, 0.3 / 0.0297), rtol=HAND)
 
 
 class TestPlanarBase:
@@ -436,6 +443,107 @@ class TestIdentity:
         assert make_scene(replace(TRIO, **change)).hash != trio.hash
 
 
+def binary(model: mujoco.MjModel) -> bytes:
+    buffer = np.empty(mujoco.mj_sizeModel(model), np.uint8)
+    mujoco.mj_saveModel(model, None, buffer)
+    return buffer.tobytes()
+
+
+class TestFleet:
+    MANY = replace(TRIO, robots=("leader", *(f"f{i}" for i in range(70))))
+
+    @pytest.mark.parametrize(
+        "change",
+        [{}, {"base": "planar", "robot_contact": True}, {"robot": "pioneer", "payload": Payload(0.1, (0.0, 0.0, 0.3))}],
+        ids=str,
+    )
+    def test_many_read_in_groups_are_those_of_one_text(self, change: dict) -> None:
+        scene = make_scene(replace(self.MANY, **change))
+        assert scene.blueprint.is_read_in_groups
+        assert binary(scene.model) == binary(mujoco.MjModel.from_xml_string(scene.xml))
+
+    def test_many_with_parts_of_their_own_are_too(self, own_robot: Path) -> None:
+        """Classes that name a material, exclusions, tendons, sensors."""
+        own_robot.write_text(with_an_arm(own_robot.read_text()))
+        scene = make_scene(replace(self.MANY, robot=str(own_robot), robot_contact=True))
+        assert scene.blueprint.is_read_in_groups
+        assert scene.model.ntendon == scene.model.neq == scene.model.nexclude == len(self.MANY.robots)
+        assert binary(scene.model) == binary(mujoco.MjModel.from_xml_string(scene.xml))
+
+    @pytest.mark.parametrize(("geom", "material"), [("left_spoke_2", "rim"), ("arm", "glass"), ("left_hub", "accent")])
+    def test_a_robot_s_materials_are_its_own(self, own_robot: Path, geom: str, material: str) -> None:
+        """Also those that geoms have by a class, which all robots share."""
+        own_robot.write_text(with_an_arm(own_robot.read_text()))
+        for spec in (TRIO, self.MANY):
+            model = make_scene(replace(spec, robot=str(own_robot))).model
+            for name in spec.robots:
+                assert model.geom(f"{name}/{geom}").matid[0] == model.material(f"{name}/{material}").id
+
+    def test_a_virtual_root_leads_many(self) -> None:
+        scene = make_scene(replace(self.MANY, virtual_root=True))
+        assert scene.blueprint.is_read_in_groups
+        assert scene.model.body("leader").mocapid[0] == scene.marker
+        assert len(scene.addresses.motors) == scene.model.nu / 2 == 70
+
+    def test_names_of_many_letters_do(self) -> None:
+        names = tuple(f"{letter}{i}" for i in range(4) for letter in "abcdefghijklmnopqr")
+        scene = make_scene(replace(TRIO, robots=names))
+        assert [scene.model.body(int(b)).name for b in scene.model.jnt_bodyid[::3]] == [f"{name}/" for name in names]
+
+    def test_a_name_is_written_as_it_is(self) -> None:
+        scene = make_scene(replace(TRIO, robots=("a&b", 'x"<', "__robot__")))
+        assert [scene.model.body(f"{name}/chassis").id for name in scene.spec.robots] == [2, 6, 10]
+        with pytest.raises(ValueError, match="cannot contain '/'"):
+            make_scene(replace(TRIO, robots=("a/b",)))
+
+    def test_contact_sensors_may_be_left_out(self, trio: Scene) -> None:
+        scene = make_scene(TRIO, sensors=False)
+        assert scene.model.nsensor == scene.model.nsensordata == 0
+        assert scene.addresses.forces.shape == (0, 2, 3)
+        for each in ("geom_solref", "geom_size", "body_inertia", "jnt_axis", "actuator_gear", "mat_rgba"):
+            np.testing.assert_array_equal(getattr(scene.model, each), getattr(trio.model, each))
+
+    @pytest.mark.parametrize("virtual_root", [False, True])
+    def test_a_unit_is_one_of_the_robots_alone(self, virtual_root: bool) -> None:
+        spec = replace(
+            TRIO, virtual_root=virtual_root, wheel_mismatch=0.01, slope=0.1, payload=TestPayload.LOAD, colours=(0, 3, 5)
+        )
+        scene, unit = make_scene(spec), make_scene(unit_spec(spec))
+        assert unit.spec.bodies == spec.bodies[-1:]
+        assert (unit.drive, unit.plant, unit.marker) == (scene.drive, scene.plant, None)
+        tyres = scene.addresses.tyres[-1]
+        for each in ("geom_solref", "geom_solimp", "geom_size", "geom_friction"):
+            alone = getattr(unit.model, each)[unit.addresses.tyres[0]]
+            np.testing.assert_array_equal(alone, getattr(scene.model, each)[tyres])
+        np.testing.assert_array_equal(unit.model.qpos0, scene.model.qpos0[-unit.model.nq :])
+        np.testing.assert_array_equal(unit.model.opt.gravity, scene.model.opt.gravity)
+        np.testing.assert_array_equal(unit.model.material("f2/accent").rgba, scene.model.material("f2/accent").rgba)
+
+
+def with_an_arm(text: str) -> str:
+    """Returns the text of nh_mini with parts that no bundled robot has."""
+    arm = (
+        '<body name="{0}" pos="0 0 {1}"><joint name="{0}" axis="0 0 1"/><geom name="{0}" size="0.01" mass="0.01" '
+        'contype="0" conaffinity="0"/><geom size="0.005" mass="0.001" contype="0" conaffinity="0" pos="0 0 0.02"/>'
+        '<site name="{0}"/></body>'
+    )
+    arms = arm.format("arm", 0.05) + arm.format("other", 0.06)
+    rest = (
+        '</worldbody><contact><exclude body1="arm" body2="chassis"/></contact>'
+        '<equality><joint joint1="arm" joint2="other"/></equality>'
+        '<tendon><spatial name="string"><site site="arm"/><site site="other"/></spatial></tendon>'
+        '<sensor><gyro name="gyro" site="arm"/></sensor>'
+    )
+    for old, new in (
+        ('<default class="visual">', '<geom material="glass"/><site material="rim"/><default class="visual">'),
+        ('<body name="left_wheel"', f'{arms}<body name="left_wheel"'),
+        ("</worldbody>", rest),
+    ):
+        assert old in text
+        text = text.replace(old, new)
+    return text
+
+
 @pytest.fixture
 def own_robot(tmp_path: Path) -> Path:
     """A user's copy of nh_mini: other compiler settings, other options, placed elsewhere."""
@@ -510,9 +618,7 @@ class TestOwnRobot:
 
 class TestErrors:
     def test_an_unknown_robot(self) -> None:
-        with pytest.raises(
-            RobotError, match=r"no robot 'nh_mimi'; did you mean 'nh_mini'\? available: .*nh_mini"
-        ):
+        with pytest.raises(RobotError, match=r"no robot 'nh_mimi'; did you mean 'nh_mini'\? available: .*nh_mini"):
             make_scene(SceneSpec(("a",), "nh_mimi"))
 
     def test_an_mjcf_that_is_not_there(self, tmp_path: Path) -> None:

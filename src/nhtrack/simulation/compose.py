@@ -1,4 +1,4 @@
-"""Writes the MJCF of a scene: one arena, one robot model attached n times, the floor and what robots carry."""
+"""Writes the MJCF of a scene: one arena, one robot in it for all of them, the floor and what robots carry."""
 
 from __future__ import annotations
 
@@ -10,13 +10,14 @@ import numpy as np
 from nhtrack import assets
 from nhtrack.diffdrive.identification import Parts
 from nhtrack.ground import Patch
+from nhtrack.simulation.fleet import ROBOT, Blueprint, Robot, make_blueprint
 from nhtrack.simulation.palette import GRIP, ICE, rgb
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     from nhtrack.diffdrive import DiffDrive
-    from nhtrack.simulation.scene import Payload, SceneSpec
+    from nhtrack.simulation.spec import Payload, SceneSpec
 
 # Impedance so close to one that penetration, and with it the change of the rolling radius, is a few nanometres.
 _STIFF_SOLIMP = (0.9999, 0.9999, 0.001)
@@ -27,14 +28,15 @@ _FLOOR = (0.65, 0.67, 0.70)  # colour of the floor, which fainter patches come n
 _PATCH_HEIGHT = 3e-4  # [m] drawn above the floor, below trails; patches that overlap are stacked
 
 
-def compose(spec: SceneSpec, robot_file: Path, drive: DiffDrive, parts: Parts) -> Any:
-    """Returns the dm_control element of a scene.
+def compose(spec: SceneSpec, robot_file: Path, drive: DiffDrive, parts: Parts, *, sensors: bool = True) -> Blueprint:
+    """Returns the blueprint of a scene.
 
     Args:
         spec: what to compose.
         robot_file: MJCF of its robot.
         drive: the robot's reduced model, of which the wheel radius and the torque limit are used.
         parts: names of the robot's parts.
+        sensors: whether tyres have sensors of their contact force.
     """
     mjcf = _mjcf()
     arena = mjcf.from_path(str(assets.models_directory() / "arena" / "scene.xml"))
@@ -42,20 +44,29 @@ def compose(spec: SceneSpec, robot_file: Path, drive: DiffDrive, parts: Parts) -
     _set_options(arena, spec)
     for index, patch in enumerate(spec.patches):
         _draw_patch(arena, f"patch_{index}", patch, spec.friction, (index + 1) * _PATCH_HEIGHT)
-    for index, name in enumerate(spec.robots):
-        if name in spec.bodies:
-            robot = mjcf.from_path(str(robot_file))
-            robot.model = name
-            _set_contacts(robot, spec, parts)
-            _set_wheels(robot, spec, drive, parts)
-            _paint(robot, spec.colour(index))
-            if spec.payload is not None:
-                _add_payload(robot, parts.chassis, spec.payload, drive.wheel_radius)
-            _attach(arena, robot, spec, drive, parts)
+    if spec.bodies:
+        robot = mjcf.from_path(str(robot_file))
+        robot.model = ROBOT
+        _set_contacts(robot, spec, parts)
+        if sensors:
+            _add_sensors(robot, parts)
+        _set_wheels(robot, spec, drive, parts)
+        if spec.payload is not None:
+            _add_payload(robot, parts.chassis, spec.payload, drive.wheel_radius)
+        _attach(arena, robot, spec, drive, parts)
     if spec.virtual_root:
         _add_marker(arena, spec, drive.half_separation)
     _add_cameras(arena, spec.bounds)
-    return arena
+    return make_blueprint(arena.to_xml_string(), arena.get_assets(), _robots(spec), accent="accent")
+
+
+def _robots(spec: SceneSpec) -> tuple[Robot, ...]:
+    for name in spec.bodies:
+        if "/" in name:
+            raise ValueError(f"a robot's name cannot contain '/': got {name}")
+    return tuple(
+        Robot(name, (*rgb(spec.colour(place)), 1.0)) for place, name in enumerate(spec.bodies, start=spec.first_body)
+    )
 
 
 def loaded_robot(robot_file: Path, payload: Payload, wheel_radius: float, parts: Parts) -> Any:
@@ -109,10 +120,16 @@ def _set_contacts(robot: Any, spec: SceneSpec, parts: Parts) -> None:
     for name in parts.tyres:
         geom = robot.find("geom", name)
         geom.friction, geom.condim, geom.priority = (spec.friction, 0.005, 0.0001), 3, 1
-        robot.sensor.add("contact", name=name, geom1=geom, data="force", reduce="netforce", num=1)
     for name in parts.casters:
         geom = robot.find("geom", name)
         geom.condim, geom.priority = 1, 1
+
+
+def _add_sensors(robot: Any, parts: Parts) -> None:
+    """Adds a sensor of each tyre's contact force, of the tyre's name."""
+    for name in parts.tyres:
+        tyre = robot.find("geom", name)
+        robot.sensor.add("contact", name=name, geom1=tyre, data="force", reduce="netforce", num=1)
 
 
 def _set_wheels(robot: Any, spec: SceneSpec, drive: DiffDrive, parts: Parts) -> None:
@@ -156,12 +173,6 @@ def _draw_patch(arena: Any, name: str, patch: Patch, floor: float, height: float
         x_min, x_max, y_min, y_max = patch.rectangle
         size, centre = ((x_max - x_min) / 2, (y_max - y_min) / 2), ((x_min + x_max) / 2, (y_min + y_max) / 2)
         arena.worldbody.add("geom", type="box", size=(*size, height / 2), pos=(*centre, height / 2), **look)
-
-
-def _paint(robot: Any, colour: str) -> None:
-    accent = robot.find("material", "accent")
-    if accent is not None:
-        accent.rgba = (*rgb(colour), 1)
 
 
 def _attach(arena: Any, robot: Any, spec: SceneSpec, drive: DiffDrive, parts: Parts) -> None:

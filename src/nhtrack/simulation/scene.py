@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import hashlib
-import json
 import math
-from dataclasses import asdict, dataclass, field, replace
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
 
 import mujoco
 import numpy as np
@@ -17,120 +16,18 @@ from nhtrack.arrays import Array
 from nhtrack.diffdrive import DiffDrive, identify
 from nhtrack.diffdrive.identification import Parts, identify_parts
 from nhtrack.errors import RobotError, did_you_mean
-from nhtrack.ground import Ground, Patch
 from nhtrack.simulation.compose import compose, loaded_robot
-from nhtrack.simulation.palette import robot_colour
+from nhtrack.simulation.fleet import Blueprint, compiled
+from nhtrack.simulation.spec import Payload, SceneSpec
+
+__all__ = [
+    "Addresses", "Payload", "Scene", "SceneSpec",
+    "load_robot", "make_scene", "reduced_models", "robot_path", "unit_spec",
+]  # fmt: skip
 
 # Robots are placed this far into the floor [m], so that every contact is active in the first step; at exactly zero
 # distance rounding would decide which are, and the robot would fall on the others.
 _TOUCH = 1e-9
-
-
-@dataclass(frozen=True)
-class Payload:
-    """A box of uniform density that every robot carries.
-
-    Attributes:
-        mass: [kg].
-        position: its centre, x and y in the chassis frame and height above the floor [m].
-        size: its edges [m]; zeros for a point.
-    """
-
-    mass: float
-    position: tuple[float, float, float]
-    size: tuple[float, float, float] = (0.0, 0.0, 0.0)
-
-
-@dataclass(frozen=True)
-class SceneSpec:
-    """All that decides a compiled scene; kept with every recording, so that it can be composed again.
-
-    Attributes:
-        robots: names, root first.
-        robot: folder in models/ or path to an MJCF file.
-        timestep: physics step [s].
-        friction: sliding friction coefficient between wheels and floor.
-        contact: `stiff` (contact parameters from the time step) or `default` (MuJoCo's own).
-        rate_correction: whether the simulation supplies the missing rate term of the contact rows.
-        robot_contact: whether robots touch each other.
-        virtual_root: whether the root is a marker without a body.
-        bounds: rectangle (x_min, x_max, y_min, y_max) [m] that the whole-run cameras frame.
-        base: `free` (a free joint, three supports) or `planar` (held level by slides and a vertical hinge).
-        patches: regions of the floor with a friction of their own.
-        slope: angle of the floor with the horizontal [rad].
-        uphill: direction in which the floor rises [rad].
-        payload: what every robot carries, or None.
-        wheel_mismatch: (r_left - r_right)/r of the tyres; their mean stays r.
-        torque_limit: of each wheel motor [N m], or None for the robot's own.
-        no_load_speed: of each wheel [rad/s], or None for the robot's own.
-        compensation: what the wheel torques are computed for: `nominal` (the robot as its file has it, on a level
-            floor) or `actual` (its payload and the slope as well).
-        colours: each robot's place in the palette, shape n; empty where a robot's place here is its place there.
-    """
-
-    robots: tuple[str, ...]
-    robot: str = "nh_mini"
-    timestep: float = 0.001
-    friction: float = 1.0
-    contact: str = "stiff"
-    rate_correction: bool = True
-    robot_contact: bool = False
-    virtual_root: bool = False
-    bounds: tuple[float, float, float, float] = (-1.0, 1.0, -1.0, 1.0)
-    base: str = "free"
-    patches: tuple[Patch, ...] = ()
-    slope: float = 0.0
-    uphill: float = 0.0
-    payload: Payload | None = None
-    wheel_mismatch: float = 0.0
-    torque_limit: float | None = None
-    no_load_speed: float | None = None
-    compensation: str = "nominal"
-    colours: tuple[int, ...] = ()
-
-    def to_json(self) -> str:
-        """Returns the spec as one line of JSON."""
-        return json.dumps(asdict(self))
-
-    @classmethod
-    def from_json(cls, text: str) -> SceneSpec:
-        """Returns the spec written by `to_json`; what an older one lacks is at its default."""
-        tree = _frozen(json.loads(text))
-        tree["patches"] = tuple(Patch(**patch) for patch in tree.get("patches", ()))
-        if tree.get("payload") is not None:
-            tree["payload"] = Payload(**tree["payload"])
-        return cls(**tree)
-
-    @property
-    def first_body(self) -> int:
-        """Place in `robots` of the first robot that has a body in the scene."""
-        return 1 if self.virtual_root else 0
-
-    @property
-    def bodies(self) -> tuple[str, ...]:
-        """Names of the robots that have a body in the scene."""
-        return self.robots[self.first_body :]
-
-    def colour(self, place: int) -> str:
-        """Returns the colour `#RRGGBB` in which the robot at a place of `robots` is drawn."""
-        return robot_colour(self.colours[place] if self.colours else place)
-
-    @property
-    def ground(self) -> Ground:
-        """What the robots stand on."""
-        return Ground(self.friction, self.patches, self.slope, self.uphill)
-
-    @property
-    def radius_factors(self) -> tuple[float, float]:
-        """Radii of the left and the right tyre over the nominal radius."""
-        return 1 + self.wheel_mismatch / 2, 1 - self.wheel_mismatch / 2
-
-
-def _frozen(tree: Any) -> Any:
-    """Returns a JSON tree with its lists as tuples."""
-    if isinstance(tree, dict):
-        return {key: _frozen(value) for key, value in tree.items()}
-    return tuple(_frozen(item) for item in tree) if isinstance(tree, list) else tree
 
 
 @dataclass(frozen=True)
@@ -143,7 +40,7 @@ class Addresses:
     wheel_qvel: np.ndarray  # (p, 2)
     motors: np.ndarray  # (p, 2)
     tyres: np.ndarray  # (p, 2) geom ids
-    forces: np.ndarray  # (p, 2, 3) places in sensordata of each tyre's contact force, world frame
+    forces: np.ndarray  # (p, 2, 3) places in sensordata of each tyre's contact force, world frame; (0, 2, 3) without
 
 
 @dataclass(frozen=True)
@@ -157,7 +54,7 @@ class Scene:
         plant: the reduced model of the robots as they are, with what they carry.
         addresses: where each robot lives in the model's arrays.
         marker: mocap id of the virtual root's marker, or None.
-        xml: the composed MJCF.
+        blueprint: the composed MJCF.
     """
 
     spec: SceneSpec
@@ -166,7 +63,12 @@ class Scene:
     plant: DiffDrive
     addresses: Addresses
     marker: int | None
-    xml: str = field(repr=False)
+    blueprint: Blueprint = field(repr=False)
+
+    @property
+    def xml(self) -> str:
+        """The composed MJCF."""
+        return self.blueprint.xml
 
     @property
     def hash(self) -> str:
@@ -266,11 +168,16 @@ def reduced_models(spec: SceneSpec) -> tuple[DiffDrive, DiffDrive]:
     Raises:
         RobotError: as `make_scene`.
     """
-    alone = load_robot(spec.robot)
+    return _identified(spec, load_robot(spec.robot))
+
+
+def _identified(spec: SceneSpec, alone: mujoco.MjModel) -> tuple[DiffDrive, DiffDrive]:
+    """Returns the reduced models of a spec whose robot alone is compiled."""
     nominal = plant = _limited(identify(alone), spec)
     if spec.payload is not None:
         laden = loaded_robot(robot_path(spec.robot), spec.payload, nominal.wheel_radius, identify_parts(alone))
-        plant = _limited(identify(_compiled(laden, spec.robot)), spec)
+        model = _compiled(spec.robot, lambda: mujoco.MjModel.from_xml_string(laden.to_xml_string(), laden.get_assets()))
+        plant = _limited(identify(model), spec)
     return (plant if spec.compensation == "actual" else nominal), plant
 
 
@@ -281,33 +188,43 @@ def _limited(drive: DiffDrive, spec: SceneSpec) -> DiffDrive:
     return replace(drive, motor=motor, levelled=spec.base == "planar")
 
 
-def make_scene(spec: SceneSpec) -> Scene:
+def unit_spec(spec: SceneSpec) -> SceneSpec:
+    """Returns the spec of the last of a scene's robots alone, with the same physics."""
+    return replace(spec, robots=spec.robots[-1:], virtual_root=False, colours=spec.colours[-1:])
+
+
+def make_scene(spec: SceneSpec, *, sensors: bool = True) -> Scene:
     """Returns the compiled scene of a spec.
+
+    Args:
+        spec: what to compile.
+        sensors: whether tyres have sensors of their contact force; without them `addresses.forces` is empty.
 
     Raises:
         RobotError: the robot cannot be found, compiled, driven, or attached.
     """
-    drive, plant = reduced_models(spec)
-    parts = identify_parts(load_robot(spec.robot))
-    arena = compose(spec, robot_path(spec.robot), drive, parts)
-    model = _compiled(arena, spec.robot)
+    alone = load_robot(spec.robot)
+    drive, plant = _identified(spec, alone)
+    parts = identify_parts(alone)
+    blueprint = compose(spec, robot_path(spec.robot), drive, parts, sensors=sensors)
+    model = _compiled(spec.robot, lambda: compiled(blueprint))
     marker = int(model.body(spec.robots[0]).mocapid[0]) if spec.virtual_root else None
-    return Scene(spec, model, drive, plant, _addresses(model, spec, parts), marker, arena.to_xml_string())
+    return Scene(spec, model, drive, plant, _addresses(model, spec, parts, sensors), marker, blueprint)
 
 
-def _compiled(element: Any, robot: str) -> mujoco.MjModel:
-    """Returns the compiled model of a dm_control element."""
+def _compiled(robot: str, compile_it: Callable[[], mujoco.MjModel]) -> mujoco.MjModel:
+    """Returns a compiled model with a robot in it."""
     try:
-        return mujoco.MjModel.from_xml_string(element.to_xml_string(), element.get_assets())
+        return compile_it()
     except ValueError as error:
         raise RobotError(f"a scene of {robot!r} does not compile: {error}") from error
 
 
-def _addresses(model: mujoco.MjModel, spec: SceneSpec, parts: Parts) -> Addresses:
+def _addresses(model: mujoco.MjModel, spec: SceneSpec, parts: Parts, sensors: bool) -> Addresses:
     robots = spec.bodies
     roots = [model.joint(f"{name}/root/") for name in robots]
     wheels = [[model.joint(f"{name}/{joint}") for joint in parts.wheel_joints] for name in robots]
-    sensors = [[int(model.sensor(f"{name}/{tyre}").adr[0]) for tyre in parts.tyres] for name in robots]
+    sensed = [[int(model.sensor(f"{name}/{tyre}").adr[0]) for tyre in parts.tyres] for name in robots if sensors]
     return Addresses(
         root_qpos=np.array([int(joint.qposadr[0]) for joint in roots], dtype=int),
         root_qvel=np.array([int(joint.dofadr[0]) for joint in roots], dtype=int),
@@ -315,5 +232,5 @@ def _addresses(model: mujoco.MjModel, spec: SceneSpec, parts: Parts) -> Addresse
         wheel_qvel=np.array([[int(joint.dofadr[0]) for joint in pair] for pair in wheels], dtype=int),
         motors=np.array([[model.actuator(f"{name}/{motor}").id for motor in parts.motors] for name in robots]),
         tyres=np.array([[model.geom(f"{name}/{tyre}").id for tyre in parts.tyres] for name in robots]),
-        forces=np.array(sensors, dtype=int)[..., None] + np.arange(3),
+        forces=np.array(sensed, dtype=int).reshape(-1, 2, 1) + np.arange(3),
     )

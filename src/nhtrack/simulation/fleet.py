@@ -1,0 +1,202 @@
+"""Many robots from the text of one: a scene's MJCF, and its compiled model in a time that hardly grows faster."""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as ET
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
+from itertools import groupby
+from xml.sax.saxutils import escape
+
+import mujoco
+
+__all__ = ["ROBOT", "Blueprint", "Robot", "compiled", "make_blueprint"]
+
+ROBOT, _COLOUR = "__robot__", "__colour__"  # stand for a robot's name and its colour in the text of the one
+_CLASSES = "robot"  # prefix of the default classes that all robots share
+
+# MuJoCo lists all of a scene anew for every element it reads into a body (mjCModel::MakeTreeLists), a cost that grows
+# with the square of the scene. So a large one is read in groups of so many robots, which are attached to the arena.
+_GROUP = 64
+_WORTHWHILE = 8  # robots in a group, on average, from which attaching it is cheaper than reading on
+# Parts of a robot that are known to come out of attached groups as they come out of one text.
+_GROUPED = {"asset", "worldbody", "actuator", "sensor", "custom", "contact", "equality", "tendon"}
+
+
+@dataclass(frozen=True)
+class Robot:
+    """A robot's name, and the colour of its accents as red, green, blue and opacity."""
+
+    name: str
+    colour: tuple[float, float, float, float]
+
+
+@dataclass(frozen=True)
+class _Section:
+    """A top-level element of MJCF: its text before, within and after the rows that every robot has in it."""
+
+    tag: str
+    head: str
+    rows: str
+    tail: str
+
+    def repeated(self, robots: Iterable[Robot], skipped: int = 0) -> str:
+        """Returns the rows of some robots, their names without the first `skipped` letters."""
+        return "".join(
+            self.rows.replace(ROBOT + "/", escape(robot.name[skipped:], {'"': "&quot;"}) + "/").replace(
+                _COLOUR, " ".join(f"{value:.17g}" for value in robot.colour)
+            )
+            for robot in robots
+        )
+
+
+@dataclass(frozen=True)
+class Blueprint:
+    """A scene's MJCF with one robot in it, and the robots that it stands for.
+
+    Attributes:
+        sections: the top-level elements.
+        robots: those with a body, in order.
+        assets: the files that the text speaks of, by name.
+    """
+
+    sections: tuple[_Section, ...] = field(repr=False)
+    robots: tuple[Robot, ...]
+    assets: Mapping[str, bytes] = field(repr=False)
+
+    @property
+    def xml(self) -> str:
+        """The scene's MJCF."""
+        return _document(each.head + each.repeated(self.robots) + each.tail for each in self.sections)
+
+    @property
+    def arena(self) -> str:
+        """The MJCF of the scene without robots."""
+        return _document(each.head + each.tail for each in self.sections)
+
+    def groups(self) -> Iterator[tuple[Robot, ...]]:
+        """Yields the robots in order, in groups whose names begin with one letter."""
+        for _, run in groupby(self.robots, key=lambda robot: robot.name[:1]):
+            alike = tuple(run)
+            yield from (alike[k : k + _GROUP] for k in range(0, len(alike), _GROUP))
+
+    def group_xml(self, robots: tuple[Robot, ...]) -> str:
+        """Returns the MJCF of a group alone, in a frame, names without their first letter."""
+        parts = []
+        for each in self.sections:
+            if not each.rows:
+                parts.append(each.head if each.tag not in _GROUPED else "")  # options and classes, as the scene's
+                continue
+            inner = each.repeated(robots, skipped=1)
+            inner = f"<frame>{inner}</frame>" if each.tag == "worldbody" else inner
+            parts.append(f"<{each.tag}>{inner}</{each.tag}>")
+        return _document(parts)
+
+    @property
+    def is_read_in_groups(self) -> bool:
+        """Whether groups of robots are compiled alike and sooner than one text."""
+        simple = not self.assets and all(each.tag in _GROUPED for each in self.sections if each.rows)
+        large = len(self.robots) > _GROUP
+        return simple and large and len(self.robots) >= _WORTHWHILE * sum(1 for _ in self.groups())
+
+
+def make_blueprint(xml: str, assets: Mapping[str, bytes], robots: tuple[Robot, ...], accent: str) -> Blueprint:
+    """Returns the blueprint of a scene.
+
+    Args:
+        xml: its MJCF with one robot, called `ROBOT`.
+        assets: the files that the text speaks of, by name.
+        robots: those that the one stands for.
+        accent: the robot's material that has each robot's colour.
+    """
+    root = ET.fromstring(xml)
+    for material in root.iterfind(f"asset/material[@name='{ROBOT}/{accent}']"):
+        material.set("rgba", _COLOUR)
+    _share_classes(root)
+    return Blueprint(tuple(_section(element) for element in root), robots, assets)
+
+
+def compiled(blueprint: Blueprint) -> mujoco.MjModel:
+    """Returns the compiled model of a scene.
+
+    The marker of a virtual root stands after the robots, in a scene that is read in groups before them.
+
+    Raises:
+        ValueError: MuJoCo cannot compile it.
+    """
+    if not blueprint.is_read_in_groups:
+        return mujoco.MjModel.from_xml_string(blueprint.xml, dict(blueprint.assets))
+    scene = mujoco.MjSpec.from_string(blueprint.arena)
+    for robots in blueprint.groups():
+        group = mujoco.MjSpec.from_string(blueprint.group_xml(robots))
+        # The names' first letter, which the group's text leaves out: MuJoCo warns of attaching without a prefix.
+        scene.worldbody.attach_frame(group.worldbody.first_frame(), robots[0].name[:1], "")
+    return scene.compile()
+
+
+def _document(sections: Iterable[str]) -> str:
+    return '<mujoco model="arena">\n  ' + "".join(sections) + "</mujoco>\n"
+
+
+def _section(element: ET.Element) -> _Section:
+    rows = [ET.tostring(child, encoding="unicode") for child in element]
+    of_robot = [ROBOT in row for row in rows]
+    if not any(of_robot):
+        return _Section(element.tag, ET.tostring(element, encoding="unicode"), "", "")
+    first = of_robot.index(True)
+    own = "".join(row for row, its in zip(rows, of_robot, strict=True) if its)
+    after = "".join(row for row, its in zip(rows[first:], of_robot[first:], strict=True) if not its)
+    space = element.text or ""
+    return _Section(
+        element.tag, f"<{element.tag}>{space}{''.join(rows[:first])}", own, f"{after}</{element.tag}>{element.tail}"
+    )
+
+
+def _share_classes(root: ET.Element) -> None:
+    """Makes the robot's default classes the same for all robots, where MuJoCo would read a set for each.
+
+    A class may name a material, of which every robot has its own; such attributes move to the geoms and sites that
+    have them by their class. Where others name parts of the robot, classes stay as they are.
+    """
+    classes = root.find("default")
+    if classes is None:
+        return
+    given: dict[str, dict[tuple[str, str], str]] = {}
+    _collect(classes, {}, given)
+    if any(tag not in {"geom", "site"} for own in given.values() for tag, _ in own):
+        return
+    for element in classes.iter():
+        for name in [name for name, value in element.items() if value.startswith(ROBOT) and name != "class"]:
+            del element.attrib[name]
+    for section in root:
+        if section is not classes:
+            _hand_down(section, "", given)
+    for element in root.iter():
+        for name in ("class", "childclass"):
+            if element.get(name, "").startswith(f"{ROBOT}/"):
+                element.set(name, _CLASSES + element.attrib[name].removeprefix(ROBOT))
+
+
+def _collect(
+    parent: ET.Element, inherited: dict[tuple[str, str], str], given: dict[str, dict[tuple[str, str], str]]
+) -> None:
+    """Notes for every class below an element which attributes, by tag and name, have a part of the robot as value."""
+    for default in parent.findall("default"):
+        own = dict(inherited)
+        for element in default:
+            if element.tag != "default":
+                for name, value in element.items():
+                    own.pop((element.tag, name), None)
+                    if value.startswith(f"{ROBOT}/"):
+                        own[element.tag, name] = value
+        given[default.attrib["class"]] = own
+        _collect(default, own, given)
+
+
+def _hand_down(parent: ET.Element, childclass: str, given: dict[str, dict[tuple[str, str], str]]) -> None:
+    """Writes the noted attributes into the elements below one that have them by their class."""
+    for element in parent:
+        for (tag, name), value in given.get(element.get("class", childclass), {}).items():
+            if element.tag == tag:
+                element.attrib.setdefault(name, value)
+        _hand_down(element, element.get("childclass", childclass), given)
