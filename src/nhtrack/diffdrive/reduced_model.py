@@ -195,17 +195,17 @@ class DiffDrive:
         I_xz, I_yz = self.products
         pitch = weight * c_x - height * f_x - spin * u_x - I_yz * u_theta - I_xz * omega * omega
         roll = weight * c_y - height * f_y - spin * omega * v + I_xz * u_theta - I_yz * omega * omega
-        left, right = (row[0] * weight + row[1] * pitch + row[2] * roll for row in self._load_solution)
+        left, right = (row[0] * weight + row[1] * pitch + row[2] * roll for row in self.load_solution.tolist())
         return xp.stack([left, right], axis=-1)
 
     @cached_property
-    def _load_solution(self) -> list[tuple[float, float, float]]:
-        """Rows of the inverse of the support geometry that give the left and the right wheel's load."""
+    def load_solution(self) -> np.ndarray:
+        """Rows of the inverse of the support geometry that give the left and the right wheel's load, shape (2, 3)."""
         wheels = [(0.0, self.half_separation), (0.0, -self.half_separation)]
         points = np.array([*wheels, *self.casters])
         balance = np.vstack([np.ones(len(points)), points.T])
         solution = np.linalg.pinv(balance)
-        return [tuple(float(x) for x in row) for row in solution[:2]]  # type: ignore[misc]
+        return np.ascontiguousarray(solution[:2])
 
     def caster_load(self, v: Array, omega: Array, u_x: Array, u_theta: Array, gravity: Gravity = LEVEL) -> Array:
         """Returns what the casters bear together [N], the weight less `wheel_loads`; negative where they would lift."""
@@ -251,10 +251,11 @@ class DiffDrive:
     def gained(self, torque: Array) -> Array:
         """Returns what wheel torques (left, right) add to (u_x, u_theta), both (..., 2)."""
         xp = namespace(torque)
-        return torque @ xp.asarray(self._gain)
+        return torque @ xp.asarray(self.torque_gain)
 
     @cached_property
-    def _gain(self) -> np.ndarray:
+    def torque_gain(self) -> np.ndarray:
+        """Matrix of `gained`: rows left and right, columns u_x and u_theta, shape (2, 2)."""
         r, b = self.wheel_radius, self.half_separation
         return np.array([[1.0, -b], [1.0, b]]) / r @ np.linalg.inv(self.mass_matrix)
 

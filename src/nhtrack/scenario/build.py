@@ -7,17 +7,23 @@ from math import inf
 
 import numpy as np
 
-from nhtrack.control import Law, Limits, Published, Stabiliser, Universal
-from nhtrack.control.baselines import BASELINES
+from nhtrack.errors import SimulationDiverged
+from nhtrack.experiment.followers import Tracking
+from nhtrack.experiment.loop import Progress, Rollout, Simulation, rollout, run
+from nhtrack.experiment.recorder import Recorder
 from nhtrack.ground import Patch
+from nhtrack.laws import Law, Limits
 from nhtrack.network import Network
 from nhtrack.reference import Reference, Signal, make_segments, make_signal
-from nhtrack.rollout import Progress, Rollout, Tracking, rollout
 from nhtrack.scenario import schema
+from nhtrack.scenario.law_sections import LawSection
 from nhtrack.scenario.limits import motion_limits
 from nhtrack.similarity import Similarity
 from nhtrack.simulation.scene import Payload, SceneSpec, reduced_models
-from nhtrack.simulation.state import Simulation, State
+from nhtrack.simulation.state import State
+
+# Speed of a place in a formation below which its direction is noise, for a law that has no such gain [m/s].
+_DEAD_ZONE_SPEED = 1e-3
 
 
 @dataclass(frozen=True)
@@ -52,6 +58,12 @@ class Experiment:
         """Returns the run of this experiment in a simulation; in a batch of them, all from the same start."""
         start = State(self.start.t, *(np.broadcast_to(x, (*batch, *x.shape)) for x in (self.start.g, self.start.xi)))
         return rollout(simulation, self.law, self.network, self.inputs, start, self.tracking, progress)
+
+    def record(self, simulation: Simulation, recorder: Recorder, threads: int = 1) -> SimulationDiverged | None:
+        """Runs this experiment in a simulation and returns why it ended early, or None; see `run`."""
+        return run(
+            simulation, self.law, self.network, self.inputs, self.start, recorder, self.tracking, threads=threads
+        )
 
 
 def build(scenario: schema.Scenario) -> Experiment:
@@ -119,47 +131,16 @@ def make_limits(scenario: schema.Scenario) -> Limits | None:
     Raises:
         FeasibilityError: ground or motors leave none.
     """
-    wanted = scenario.law.limits if isinstance(scenario.law, schema.UniversalLaw) else None
+    wanted = getattr(scenario.law, "limits", None)
     if wanted is None:
         return None
     spec = make_scene_spec(scenario)
     return motion_limits(reduced_models(spec)[1], spec.ground, wanted.utilisation, wanted.speed)
 
 
-def make_law(law: schema.Law, similarity: Similarity, limits: Limits | None = None) -> Law:
-    """Returns the law of a scenario with its gains in robot units; limits and dead zones are in robot units already."""
-    match law:
-        case schema.PublishedLaw():
-            gains = similarity.scale_gains(law.kp, law.kd, law.ke, law.k)
-            return Published(
-                *gains,
-                variant=law.variant,
-                hysteresis=law.hysteresis,
-                dead_zone_length=law.dead_zone.length,
-                dead_zone_speed=law.dead_zone.speed,
-            )
-        case schema.StabiliserLaw():
-            gains = similarity.scale_gains(law.kp, law.kd, 0.0, law.k)
-            return Stabiliser(gains.kp, gains.kd, gains.k, law.hysteresis, law.dead_zone.length)
-        case schema.UniversalLaw():
-            length, time = similarity.length, similarity.time
-            return Universal(
-                k1=law.k1 / time**2,
-                k2=law.k2 / time,
-                k3=law.k3 / time,
-                c=law.c / time,
-                m=law.m,
-                field_speed=law.field_speed * length / time,
-                turn_rate=law.turn_rate / time,
-                dock_radius=law.dock_radius * length,
-                dock_speed=law.dock_speed * length / time,
-                limits=limits,
-            )
-        case schema.BaselineLaw():
-            kind = BASELINES[law.name]
-            return kind(
-                **{gain: similarity.scale(getattr(law, gain), *powers) for gain, powers in kind.dimensions.items()}
-            )
+def make_law(law: LawSection, similarity: Similarity, limits: Limits | None = None) -> Law:
+    """Returns the law of a scenario with its gains in robot units; limits are in robot units already."""
+    return law.kind(limits=limits, **law.gains(similarity))
 
 
 def make_reference(given: schema.Input) -> Reference:
@@ -186,8 +167,8 @@ def _tracking(scenario: schema.Scenario, network: Network, similarity: Similarit
         offsets=similarity.length * offsets,
         virtual_leader=scenario.virtual_leader,
         formation=scenario.formation,
-        dead_zone_speed=scenario.law.dead_zone.speed,
-        rate_limit=scenario.law.turn_rate / similarity.time if isinstance(scenario.law, schema.UniversalLaw) else inf,
+        dead_zone_speed=scenario.law.robot_gain("dead_zone_speed", similarity, _DEAD_ZONE_SPEED),
+        rate_limit=scenario.law.robot_gain("turn_rate", similarity, inf),
     )
 
 

@@ -16,19 +16,9 @@ from pydantic import AfterValidator, Discriminator, Field, Tag
 from nhtrack.errors import did_you_mean
 from nhtrack.scenario.checks import Clock, Finding, clock_findings, input_findings, robot_findings
 from nhtrack.scenario.families import FAMILIES, RANDOM
-from nhtrack.scenario.schema import (
-    Backend,
-    Law,
-    Name,
-    Physics,
-    PlanarTwist,
-    RunName,
-    Section,
-    Signal,
-    SignalInput,
-    Similarity,
-    fault,
-)
+from nhtrack.scenario.law_sections import Law
+from nhtrack.scenario.schema import Backend, Name, Physics, PlanarTwist, RunName, Signal, SignalInput, Similarity
+from nhtrack.scenario.section import Section, fault
 from nhtrack.scenario.tree import lookup
 
 _LABEL = re.compile(r"[A-Za-z][A-Za-z0-9_ -]{0,39}\Z")  # it names files

@@ -13,7 +13,8 @@ from typing import Any
 
 from nhtrack.reference import CONSTANTS, FUNCTIONS
 from nhtrack.scenario.campaign import Campaign
-from nhtrack.scenario.schema import Scenario, Section
+from nhtrack.scenario.schema import Scenario
+from nhtrack.scenario.section import Section
 
 COMMAND = "python -m nhtrack.scenario.documentation docs"
 

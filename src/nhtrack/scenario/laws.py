@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
-from typing import TypeVar, get_args
+from pathlib import Path
+from typing import TypeVar
 
 from pydantic import ValidationError
 
 from nhtrack.errors import Fault, NhtrackError, ScenarioError, did_you_mean
+from nhtrack.scenario.law_sections import Law, law_names, law_section
 from nhtrack.scenario.messages import shape_faults
-from nhtrack.scenario.schema import Law, Scenario, Section
+from nhtrack.scenario.schema import Scenario
+from nhtrack.scenario.section import Section
 from nhtrack.scenario.tree import ancestors, dotted, parse_yaml
 from nhtrack.simulation.palette import FOLLOWERS
 
@@ -24,9 +28,7 @@ Read = Callable[[str], Scenario]
 
 Found = TypeVar("Found")
 
-_KINDS: Mapping[str, type[Section]] = {
-    get_args(kind.model_fields["name"].annotation)[0]: kind for kind in get_args(get_args(Law)[0])
-}
+_KINDS: Mapping[str, type[Section]] = {name: law_section(name) for name in law_names()}
 
 
 class SeveralFaultyError(ScenarioError):
@@ -60,6 +62,7 @@ def load_laws(own: Callable[[], Scenario], texts: Sequence[str], read: Read) -> 
 
     - its name: with the gains of the schema's defaults, or the scenario's own where that is the scenario's law;
     - a YAML flow mapping, `{name: kanayama, k_x: 2}`;
+    - a file that ends in `.py`, which is the law itself;
     - whatever has a dot or a slash in it, which `read` takes: another scenario, whose law it is. Its gains are taken as
       they stand, in the units of the scenario that they come into.
 
@@ -99,6 +102,8 @@ def _attempt(make: Callable[[], Found], errors: list[ScenarioError]) -> Found | 
 def _law(text: str, scenario: Scenario | None, read: Read) -> Law:
     if text.lstrip().startswith("{"):
         return _written(text)
+    if text.endswith(".py"):
+        return _written(f"{{file: {json.dumps(str(Path(text).resolve()))}}}")
     if "." in text or "/" in text:
         return read(text).law
     if scenario is not None and text == scenario.law.name:

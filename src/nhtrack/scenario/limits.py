@@ -6,10 +6,10 @@ from math import pi
 
 import numpy as np
 
-from nhtrack.control import Limits
 from nhtrack.diffdrive import DiffDrive
 from nhtrack.errors import FeasibilityError
 from nhtrack.ground import GRAVITY, Ground
+from nhtrack.laws import Limits
 
 _RATES = 33  # samples of the yaw rate, in which the demand is not linear
 _HEADINGS = 32  # samples of the heading on a slope

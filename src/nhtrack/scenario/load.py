@@ -17,7 +17,8 @@ from nhtrack.scenario.campaign import Campaign, campaign_findings
 from nhtrack.scenario.checks import Finding, findings, is_robot_file
 from nhtrack.scenario.csv_table import read_table
 from nhtrack.scenario.messages import shape_faults
-from nhtrack.scenario.schema import Scenario, Section
+from nhtrack.scenario.schema import Scenario
+from nhtrack.scenario.section import Section
 from nhtrack.scenario.tree import (
     Document,
     Path,
@@ -223,10 +224,10 @@ def _placed(path: Path, message: str, document: Document, changed: Mapping[Path,
 
 
 def _resolve(tree: Any, directory: FilePath, problems: list[tuple[Path, str]]) -> Any:
-    """Returns the tree with the files it names found: a robot by its full path, a CSV file as a table."""
+    """Returns the tree with the files it names found: robot and law by full paths, a CSV file as a table."""
     if not isinstance(tree, dict):
         return tree
-    resolved = dict(tree)
+    resolved = {**tree, **_law_files(tree, directory)}
     robot, given = tree.get("robot"), lookup(tree, ("leader", "input"))
     if isinstance(robot, str) and robot not in assets.robots() and is_robot_file(robot):
         resolved["robot"] = str((directory / robot).resolve())
@@ -238,6 +239,21 @@ def _resolve(tree: Any, directory: FilePath, problems: list[tuple[Path, str]]) -
         else:
             rest = {key: value for key, value in given.items() if key != "csv"}
             resolved["leader"] = {**tree["leader"], "input": {"table": table, **rest}}
+    return resolved
+
+
+def _law_files(tree: Mapping[str, Any], directory: FilePath) -> dict[str, Any]:
+    """Returns the laws of a tree that are files, with their full paths: `law` of a scenario, `laws` of a campaign."""
+
+    def found(law: Any) -> Any:
+        if isinstance(law, dict) and isinstance(law.get("file"), str) and law["file"]:
+            return {**law, "file": str((directory / law["file"]).resolve())}
+        return law
+
+    several = tree.get("laws")
+    resolved = {"law": found(tree["law"])} if "law" in tree else {}
+    if isinstance(several, dict):
+        resolved["laws"] = {label: found(law) for label, law in several.items()}
     return resolved
 
 

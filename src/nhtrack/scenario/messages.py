@@ -140,4 +140,5 @@ def shown(value: Any) -> str:
 
 def _choices(context: Mapping[str, Any]) -> list[str]:
     text = str(context.get("expected_tags", context.get("expected", "")))
-    return [part.strip().strip("'") for part in text.replace(" or ", ", ").split(",")]
+    choices = [part.strip().strip("'") for part in text.replace(" or ", ", ").split(",")]
+    return [choice for choice in choices if not choice.startswith("<")]

@@ -3,54 +3,38 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TypeAlias
 
 import numpy as np
 
 from nhtrack.arrays import Array
 from nhtrack.diffdrive import DiffDrive
+from nhtrack.diffdrive.motor import Motor
 from nhtrack.errors import SimulationDiverged
 from nhtrack.ground import Ground
-from nhtrack.simulation.state import State
+from nhtrack.simulation import columns, engine, flow
+from nhtrack.simulation.integrator import advance_all
+from nhtrack.simulation.plant import floor_of, plant_of
+from nhtrack.simulation.state import State, require_rolling
 
-Motion: TypeAlias = tuple[Array, Array, Array]  # poses, body twists and accelerations
-
-# Gauss-Legendre nodes over a control period. Twelve are exact to rounding while a robot turns
-# less than pi per period; with eight, 4e-9 of the path is lost at pi.
-_NODES, _WEIGHTS = (array for array in np.polynomial.legendre.leggauss(12))
-_NODES, _WEIGHTS = (_NODES + 1) / 2, _WEIGHTS / 2
+# Stands for wheels that nobody asks about.
+_NO_WHEELS = DiffDrive(1.0, 1.0, 1.0, 1.0, 0.0, (0.0, 0.0, 1.0), ((-1.0, 0.0),), Motor(1.0, 1.0, 1.0))
+_REASONS = {engine.COMMAND: "command is not finite", engine.STATE: "state is not finite"}
 
 
 def propagate(g: Array, xi: Array, u: Array, dt: float) -> tuple[Array, Array]:
-    """Returns poses and twists after dt under constant accelerations, the flow of the paper's system (eq. 3).
-
-    `x' = v cos(theta), y' = v sin(theta), theta' = omega, v' = u_x, omega' = u_theta`. Velocities and heading are
-    polynomials in time; the position is their quadrature, written in the frame of the starting heading.
+    """Returns poses and twists after dt under constant accelerations; see `nhtrack.simulation.integrator`.
 
     Args:
-        g: poses, shape (..., n, 3).
-        xi: body twists with v_y = 0, shape (..., n, 3).
-        u: accelerations (u_x, u_theta) held over dt, shape (..., n, 2).
+        g: poses, shape (..., 3).
+        xi: body twists with v_y = 0, shape (..., 3).
+        u: accelerations (u_x, u_theta) held over dt, shape (..., 2).
         dt: time [s].
     """
-    v, omega = xi[..., 0], xi[..., 2]
-    u_x, u_theta = u[..., 0], u[..., 1]
-    s = dt * _NODES
-    turned = omega[..., None] * s + 0.5 * u_theta[..., None] * s**2
-    weighted_speed = (v[..., None] + u_x[..., None] * s) * (dt * _WEIGHTS)
-    ahead = (weighted_speed * np.cos(turned)).sum(axis=-1)
-    aside = (weighted_speed * np.sin(turned)).sum(axis=-1)
-    cosine, sine = np.cos(g[..., 2]), np.sin(g[..., 2])
-    g_next = np.stack(
-        [
-            g[..., 0] + cosine * ahead - sine * aside,
-            g[..., 1] + sine * ahead + cosine * aside,
-            g[..., 2] + omega * dt + 0.5 * u_theta * dt**2,
-        ],
-        axis=-1,
-    )
-    xi_next = np.stack([v + u_x * dt, np.zeros_like(v), omega + u_theta * dt], axis=-1)
-    return g_next, xi_next
+    shape = np.broadcast_shapes(np.shape(g)[:-1], np.shape(xi)[:-1], np.shape(u)[:-1])
+    poses, twists = (np.array(np.broadcast_to(x, (*shape, 3)), dtype=float).reshape(-1, 3) for x in (g, xi))
+    inputs = np.array(np.broadcast_to(u, (*shape, 2)), dtype=float).reshape(-1, 2)
+    advance_all(poses, twists, inputs, float(dt))
+    return poses.reshape(*shape, 3), twists.reshape(*shape, 3)
 
 
 class IdealSimulation:
@@ -58,99 +42,96 @@ class IdealSimulation:
 
     Args:
         names: the robots' names, root first.
-        drive: the robots' reduced model, for telemetry.
+        drive: the robots' reduced model, for telemetry; None leaves no telemetry.
         dt: control period [s].
         ground: what the wheels would stand on.
+        keep_going: let a simulation of a batch that runs away stop where it is, so that the others can go on; else it
+            raises SimulationDiverged.
     """
 
-    def __init__(self, names: tuple[str, ...], drive: DiffDrive, dt: float, ground: Ground | None = None) -> None:
-        self.names, self.drive, self.dt, self.ground = names, drive, dt, ground or Ground()
+    def __init__(
+        self,
+        names: tuple[str, ...],
+        drive: DiffDrive | None,
+        dt: float,
+        ground: Ground | None = None,
+        *,
+        keep_going: bool = False,
+    ) -> None:
+        self.names, self.drive, self.dt, self.ground, self.keep_going = names, drive, dt, ground or Ground(), keep_going
+        self.integrator = flow.Integrator(
+            dt=float(dt),
+            plant=plant_of(drive or _NO_WHEELS),
+            floor=floor_of(self.ground),
+            measured=drive is not None,
+            keep_going=keep_going,
+        )
 
     def reset(self, state: State) -> State:
         """Places the robots; see `Simulation.reset`."""
         require_rolling(state)
-        self._state = State(state.t, np.array(state.g), np.array(state.xi))
-        self._u, self._before = np.zeros((*self._state.g.shape[:-1], 2)), self._state
-        self._start, self._periods = state.t, 0
-        return self._copy()
+        self._shape = np.shape(state.g)[:-2]
+        g = np.array(state.g, dtype=float).reshape(-1, *np.shape(state.g)[-2:])
+        xi = np.array(state.xi, dtype=float).reshape(g.shape)
+        count, robots = g.shape[:2]
+        self.motion = flow.Flow(
+            g=g,
+            xi=xi,
+            g_before=g.copy(),
+            xi_before=xi.copy(),
+            u=np.zeros((count, robots, 2)),
+            telemetry=np.zeros((count, robots, columns.WIDTH)),
+            fault=np.zeros((count, 3), dtype=np.int64),
+            lost=np.zeros(count, dtype=np.bool_),
+        )
+        self.start_time, self._periods = state.t, 0
+        if self.integrator.measured:
+            flow.measure_flows(self.integrator, self.motion)
+        return self._state()
 
     def step(self, u: Array) -> State:
         """Advances one period by the exact flow; see `Simulation.step`."""
-        self._u, self._before = np.array(u, dtype=float), self._state
-        require_finite_command(self._u, self.names, self._state.t)
-        g, xi = propagate(self._state.g, self._state.xi, self._u, self.dt)
+        flow.step_flows(self.integrator, self.motion, np.array(u, dtype=float).reshape(self.motion.u.shape))
         self._periods += 1
-        self._state = State(self._start + self._periods * self.dt, g, xi)
-        require_finite(self._state, self.names)
-        return self._copy()
+        failure = self.failure()
+        if failure is not None:
+            raise failure
+        return self._state()
+
+    def failure(self, periods: int | None = None, simulation: int | None = None) -> SimulationDiverged | None:
+        """Returns why a simulation cannot go on, or None; see `MujocoSimulation.failure`."""
+        faulty = np.flatnonzero(self.motion.fault[:, 0] != engine.FINE)
+        if self.keep_going or not len(faulty):
+            return None
+        b = int(faulty[0]) if simulation is None else simulation
+        code, robot, _ = (int(value) for value in self.motion.fault[b])
+        done = self._periods if periods is None else periods
+        time = self.start_time + (done - (code == engine.COMMAND)) * self.dt
+        return SimulationDiverged(_REASONS[code], self.names[robot], time, b)
+
+    @property
+    def measured(self) -> bool:
+        """Whether there is telemetry."""
+        return bool(self.integrator.measured)
+
+    @property
+    def lost(self) -> Array:
+        """Which simulations have run away and stand still, shape () or (b,)."""
+        return self.motion.lost.reshape(self._shape).copy()
+
+    @property
+    def time(self) -> float:
+        """Time on the robots' clock [s]."""
+        return self.start_time + self._periods * self.dt
 
     def telemetry(self) -> Mapping[str, Array]:
         """Returns what wheels would have to do for the motion at the end of the period; see `Simulation.telemetry`."""
-        v, omega = self._state.xi[..., 0], self._state.xi[..., 2]
-        motion, gravity = (v, omega, self._u[..., 0], self._u[..., 1]), self.ground.gravity_at(self._state.g[..., 2])
-        torque = self.drive.wheel_torques(*motion, gravity)
-        speed = self.drive.wheel_speeds(v, omega)
-        start, end = ((state.g, state.xi, self._u) for state in (self._before, self._state))
-        predicted = predicted_utilisation(self.drive, self.ground, start, end)
-        return {
-            "wheel_torque": torque,
-            "wheel_torque_demand": torque.copy(),
-            "torque_saturation": 1.0 * (self.drive.motor.saturate(torque, speed) != torque),
-            "wheel_speed": speed,
-            "wheel_load": self.drive.wheel_loads(*motion, gravity),
-            "longitudinal_slip": np.zeros_like(torque),
-            "lateral_slip": np.zeros_like(v),
-            "friction_utilisation": predicted,
-            "friction_utilisation_predicted": predicted.copy(),
-            "tilt": np.zeros_like(v),
-        }
+        if not self.integrator.measured:
+            return {}
+        return columns.named(self._shaped(self.motion.telemetry))
 
-    def _copy(self) -> State:
-        return State(self._state.t, self._state.g.copy(), self._state.xi.copy())
+    def _shaped(self, values: Array) -> Array:
+        return values.reshape(*self._shape, *values.shape[1:]).copy()
 
-
-def predicted_utilisation(drive: DiffDrive, ground: Ground, start: Motion, end: Motion) -> Array:
-    """Returns the larger predicted utilisation of each wheel at the two ends of a period, shape (..., n, 2).
-
-    Args:
-        drive: the robots' reduced model.
-        ground: what they stand on.
-        start: poses and body twists, shape (..., n, 3), and accelerations, shape (..., n, 2), as the period begins.
-        end: the same as it ends.
-    """
-    ends = [
-        drive.friction_utilisation(
-            xi[..., 0], xi[..., 2], u[..., 0], u[..., 1],
-            ground.friction_at(drive.wheel_places(g)), ground.gravity_at(g[..., 2]),
-        )
-        for g, xi, u in (start, end)
-    ]  # fmt: skip
-    return np.maximum(*ends)
-
-
-def require_rolling(state: State) -> None:
-    """Raises ValueError for a state with lateral velocity, which no wheel allows, or whose arrays do not match."""
-    if state.g.shape != state.xi.shape or state.g.ndim < 2 or state.g.shape[-1] != 3:
-        raise ValueError(f"state: expected g and xi of shape (..., n, 3), got {state.g.shape} and {state.xi.shape}")
-    if np.any(state.xi[..., 1] != 0):
-        raise ValueError("state: v_y must be zero, the robots stand on wheels")
-
-
-def require_finite_command(u: Array, names: tuple[str, ...], t: float) -> None:
-    """Raises SimulationDiverged naming the first robot commanded something that is not finite.
-
-    In one MuJoCo scene a single such command spreads to every robot, so it is caught before it gets there.
-    """
-    _require_finite("command is not finite", np.isfinite(u).all(axis=-1), names, t)
-
-
-def require_finite(state: State, names: tuple[str, ...]) -> None:
-    """Raises SimulationDiverged naming the first robot whose state is not finite."""
-    finite = np.isfinite(state.g).all(axis=-1) & np.isfinite(state.xi).all(axis=-1)
-    _require_finite("state is not finite", finite, names, state.t)
-
-
-def _require_finite(reason: str, finite: Array, names: tuple[str, ...], t: float) -> None:
-    if not finite.all():
-        *batch, robot = np.argwhere(~finite)[0]
-        raise SimulationDiverged(reason, names[robot], t, int(batch[0]) if batch else 0)
+    def _state(self) -> State:
+        return State(self.time, self._shaped(self.motion.g), self._shaped(self.motion.xi))

@@ -9,323 +9,197 @@ t_k - h/2. This module keeps to that reading and is second order in h because of
 - a robot placed with a twist is given the velocity it would have had half a step earlier at that constant twist.
 
 The compensation runs every physics step, as a wheel's torque controller would; the command changes every control
-period. Planar vectors are complex numbers here, forward + i lateral, so that a rotation is one product.
+period. The period itself is compiled: `nhtrack.simulation.engine`.
 """
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Mapping
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 
 import mujoco
 import numpy as np
-from mujoco import batch as mujoco_batch
 
 from nhtrack.arrays import Array
-from nhtrack.diffdrive.reduced_model import utilisation
 from nhtrack.errors import SimulationDiverged
 from nhtrack.ground import Ground
+from nhtrack.simulation import columns, engine, memory
 from nhtrack.simulation.contact import FrictionRow
-from nhtrack.simulation.ideal import (
-    predicted_utilisation,
-    propagate,
-    require_finite,
-    require_finite_command,
-    require_rolling,
-)
-from nhtrack.simulation.scene import Scene
-from nhtrack.simulation.state import State
+from nhtrack.simulation.plant import floor_of, plant_of
+from nhtrack.simulation.scene import Scene, SceneSpec, make_scene
+from nhtrack.simulation.state import State, require_rolling
 
-# A robot leaning this far has tipped: its wheels no longer roll on their treads.
-TIPPED = np.radians(30.0)
-# Share of the friction limit from which a wheel counts as sliding within a physics step.
-_SLIDING = 1 - 1e-6
+_REASONS = {engine.COMMAND: "command is not finite", engine.STATE: "state is not finite"}
 
 
 class MujocoSimulation:
     """n robots, or a batch of such scenes, on wheels that only friction holds.
 
     Args:
-        scene: the compiled scene.
+        scene: the compiled scene, of all robots or of one of them.
         dt: control period [s], a whole number of physics steps.
         batch: () for one scene, (b,) for b of them side by side.
         threads: threads that step the batch.
-        outlive: let a simulation of the batch that diverges stand still where it was, as in `Kinematics`, so that the
-            others can go on; else it raises SimulationDiverged.
+        spec: of all robots, where the scene is of a single one; robots that cannot touch each other are stepped as
+            models of one robot each.
+        keep_going: let a simulation of the batch that diverges stand still where it was, so that the others can go on;
+            else it raises SimulationDiverged.
 
     Raises:
-        ValueError: dt is not a whole number of physics steps.
+        ValueError: dt is not a whole number of physics steps, or robots that can touch each other come without a scene
+            of all of them.
     """
 
     def __init__(
-        self, scene: Scene, dt: float, batch: tuple[int, ...] = (), threads: int = 1, *, outlive: bool = False
+        self,
+        scene: Scene,
+        dt: float,
+        batch: tuple[int, ...] = (),
+        threads: int = 1,
+        *,
+        spec: SceneSpec | None = None,
+        keep_going: bool = False,
     ) -> None:
-        self.scene, self.drive, self.dt, self.batch, self._outlive = scene, scene.drive, dt, batch, outlive
-        self.names, self.ground = scene.spec.robots, scene.spec.ground
-        self._h = scene.spec.timestep
-        self.substeps = round(dt / self._h)
-        if self.substeps < 1 or abs(self.substeps * self._h - dt) > 1e-9 * dt:
-            raise ValueError(f"dt: {dt:g} s is not a whole number of physics steps of {self._h:g} s")
-        scene.model.flg_surfacevel = scene.spec.rate_correction
-        self._engine = mujoco_batch.Batch(scene.model, batch[0] if batch else 1, threads)
-        self._warnings, self._sensors = self._engine.warning, self._engine.bind("sensordata")
-        self._surface = self._engine.expand("geom_surfacevel") if scene.spec.rate_correction else None
-        self._row = FrictionRow.of(scene.model, int(scene.addresses.tyres[0, 0]))
-        self._friction = None if self.ground.is_uniform else self._engine.expand("geom_friction")
-        self._known_ground = self.ground if scene.spec.compensation == "actual" else Ground()
-        motor = self.drive.motor
-        self._lag = self._h * motor.stall_torque / (self.drive.wheel_inertia * motor.no_load_speed)
-        self._bodies = slice(1, None) if scene.spec.virtual_root else slice(None)
-        self._planar = scene.spec.base == "planar"
-        self._bind()
+        self.scene, self.spec, self.drive, self.dt, self.batch = scene, spec or scene.spec, scene.drive, dt, batch
+        self.names, self.ground, self.keep_going = self.spec.robots, self.spec.ground, keep_going
+        step = self.spec.timestep
+        if round(dt / step) < 1 or abs(round(dt / step) * step - dt) > 1e-9 * dt:
+            raise ValueError(f"dt: {dt:g} s is not a whole number of physics steps of {step:g} s")
+        if len(self.spec.bodies) > len(scene.spec.bodies) and self.spec.robot_contact:
+            raise ValueError("robots that can touch each other need a scene of all of them")
+        self.wheels = make_wheels(scene, self.spec, dt)
+        self._threads = max(1, min(threads, batch[0] if batch else len(self.spec.bodies)))
+        self._models = [_stepped(scene.model, self.spec) for _ in range(self._threads)]
+        self._datas = [mujoco.MjData(model) for model in self._models]
+        self.places = [_place(model, data) for model, data in zip(self._models, self._datas, strict=True)]
+        self.motion = self._still(batch[0] if batch else 1)
 
-    def _bind(self) -> None:
-        """Takes live views of the engine's state, shape (b, p, ...) for the p robots with a body."""
-        qpos, qvel = self._engine.bind("qpos"), self._engine.bind("qvel")
-        robots = (len(qpos), len(self.scene.spec.bodies), -1)
-        self._qpos, self._qvel, self._ctrl = qpos, qvel, self._engine.bind("ctrl")
-        # Every robot is a copy of one model, its base first, so its coordinates are one block.
-        self._q, velocities = qpos.reshape(robots), qvel.reshape(robots)
-        self._plane_velocity = velocities[..., :2].view(complex)[..., 0]
-        self._yaw_rate = velocities[..., 3 if self._planar else 5]
+    @property
+    def measured(self) -> bool:
+        """Whether there is telemetry."""
+        return True
+
+    @property
+    def substeps(self) -> int:
+        """Physics steps in a control period."""
+        return int(self.wheels.substeps)
+
+    def _still(self, count: int) -> engine.Motion:
+        """Returns the state of so many simulations with nothing in it."""
+        n, p = len(self.spec.robots), len(self.spec.bodies)
+        k, model = len(self.scene.spec.bodies), self.scene.model
+        size_q, size_v = model.nq // k, model.nv // k
+        robots, bodies, wheels = (count, n), (count, p), (count, p, 2)
+        return engine.Motion(
+            g=np.zeros((*robots, 3)),
+            xi=np.zeros((*robots, 3)),
+            g_before=np.zeros((*robots, 3)),
+            xi_before=np.zeros((*robots, 3)),
+            u=np.zeros((*robots, 2)),
+            u_before=np.zeros((*robots, 2)),
+            qpos=np.zeros((*bodies, size_q)),
+            qvel=np.zeros((*bodies, size_v)),
+            warmstart=np.zeros((*bodies, size_v)),
+            velocity=np.zeros((*bodies, 3)),
+            velocity_before=np.zeros((*bodies, 3)),
+            friction=np.zeros(wheels),
+            force=np.zeros((*wheels, 3)),
+            rolled=np.zeros((*wheels, 5)),
+            telemetry=np.zeros((*robots, columns.WIDTH)),
+            fault=np.zeros((count, 3), dtype=np.int64),
+            lost=np.zeros(count, dtype=np.bool_),
+        )
 
     def reset(self, state: State) -> State:
         """Places the robots level on the floor, rolling without slip at their twists; see `Simulation.reset`."""
         require_rolling(state)
-        self._start, self._periods, self._lost = state.t, 0, np.zeros(self.batch or 1, dtype=bool)
-        self._g, self._xi = self._batched(state.g), self._batched(state.xi)
-        g, xi = self._g[:, self._bodies], self._xi[:, self._bodies]
-        self._engine.reset(stage=mujoco.mjtStage.mjSTAGE_NONE)
-        self._qpos[:] = self.scene.qpos_of(g, np.zeros((*g.shape[:-1], 2)))
-        earlier = g - self._h / 2 * xi * np.array([0, 0, 1])
-        self._qvel[:] = self.scene.qvel_of(earlier, xi)
-        self._place_marker()
-        self._g_before, self._xi_before = self._g.copy(), self._xi.copy()
-        self._velocity, self._omega = xi[..., 0] + 0j, xi[..., 2].copy()
-        self._velocity_before, self._omega_before = self._velocity, self._omega
-        self._u, self._u_root = np.zeros((*g.shape[:-1], 2)), np.zeros((len(g), 1, 2))
-        self._u_straddling = self._u
-        self._terms = np.zeros((*g.shape[:-1], 6))  # of DiffDrive.ground_map
-        self._friction_now = np.full(self._u.shape, self.ground.friction)
-        self._clear_log(np.nan)  # before the first step nothing is known of forces
+        self.start_time, self._periods, motion = state.t, 0, self.motion
+        for values in motion:
+            values[...] = 0
+        motion.g[:], motion.xi[:] = self._batched(state.g), self._batched(state.xi)
+        motion.g_before[:], motion.xi_before[:] = motion.g, motion.xi
+        first = self.spec.first_body
+        g, xi = motion.g[:, first:], motion.xi[:, first:]
+        units = (-1, len(self.scene.spec.bodies), 3)
+        at_rest = g.reshape(units)
+        motion.qpos[:] = self.scene.qpos_of(at_rest, np.zeros((*at_rest.shape[:-1], 2))).reshape(motion.qpos.shape)
+        earlier = g - self.spec.timestep / 2 * xi * np.array([0, 0, 1])
+        motion.qvel[:] = self.scene.qvel_of(earlier.reshape(units), xi.reshape(units)).reshape(motion.qvel.shape)
+        motion.velocity[..., 0], motion.velocity[..., 2] = xi[..., 0], xi[..., 2]
+        motion.velocity_before[:] = motion.velocity
+        motion.friction[:] = self.ground.friction
+        engine.measure_all(self.wheels, motion)
         return self._state()
 
     def step(self, u: Array) -> State:
         """Drives the robots through one control period; see `Simulation.step`."""
         command = self._batched(u)
-        if self._outlive:
-            self._lose(~np.isfinite(command).all(axis=(-2, -1)), self._g)
-            command[self._lost] = 0
-        require_finite_command(command, self.names, self.time)
-        u, self._u_root = command[:, self._bodies], command[:, :1]
-        self._clear_log()
-        self._u_straddling = (self._u + u) / 2  # the first step begins half a step before the command
-        self._physics_step(0, self._u_straddling)
-        for k in range(1, self.substeps):
-            self._physics_step(k, u)
-        self._u, self._periods = u, self._periods + 1
-        self._read_state()
-        self._move_root()
-        if self._outlive:
-            self._lose(self._fallen(), self._g_before)
-        state = self._state()
-        self._require_upright(state)
-        return state
+        count = len(self.motion.g)
+        shares = np.linspace(0, count, min(self._threads, count) + 1).astype(int)
+        tasks = [
+            (self.wheels, place, self.motion, int(first), int(last), command, self.keep_going)
+            for place, first, last in zip(self.places, shares[:-1], shares[1:], strict=False)
+        ]
+        if len(tasks) == 1:
+            engine.step_simulations(*tasks[0])
+        else:
+            with ThreadPoolExecutor(len(tasks)) as pool:
+                list(pool.map(lambda task: engine.step_simulations(*task), tasks))
+        self._periods += 1
+        failure = self.failure()
+        if failure is not None:
+            raise failure
+        return self._state()
+
+    def failure(self, periods: int | None = None, simulation: int | None = None) -> SimulationDiverged | None:
+        """Returns why a simulation cannot go on, or None; one that may be lost is no failure.
+
+        Args:
+            periods: control periods since the reset, those stepped by `step` by default.
+            simulation: which one; the first that cannot go on by default.
+        """
+        faulty = np.flatnonzero((self.motion.fault[:, 0] != engine.FINE) & ~self.motion.lost)
+        if not len(faulty):
+            return None
+        b = int(faulty[0]) if simulation is None else simulation
+        code, robot, detail = (int(value) for value in self.motion.fault[b])
+        done = self._periods if periods is None else periods
+        time = self.start_time + (done - (code == engine.COMMAND)) * self.dt
+        if code == engine.WARNED:
+            what = mujoco.mjtWarning(detail).name.removeprefix("mjWARN_").lower()
+            return SimulationDiverged(f"MuJoCo warned of {what}", self.names[0], time, b)
+        return SimulationDiverged(_REASONS.get(code, "tipped over"), self.names[robot], time, b)
 
     @property
     def lost(self) -> Array:
         """Which simulations have diverged and stand still, shape () or (b,)."""
-        return self._unbatched(self._lost).copy()
+        return self._unbatched(self.motion.lost).copy()
 
     @property
     def qpos(self) -> Array:
-        """MuJoCo's configuration now, shape (nq,) or (b, nq)."""
-        return self._unbatched(self._qpos).copy()
+        """MuJoCo's configuration now, robot by robot, shape (nq,) or (b, nq)."""
+        return self._unbatched(self.motion.qpos.reshape(len(self.motion.qpos), -1)).copy()
 
     @property
     def qvel(self) -> Array:
         """MuJoCo's velocities now, half a step before the configuration's time, shape (nv,) or (b, nv)."""
-        return self._unbatched(self._qvel).copy()
+        return self._unbatched(self.motion.qvel.reshape(len(self.motion.qvel), -1)).copy()
 
     @property
     def contact_force(self) -> Array:
         """Forces of the floor on the tyres in the last physics step [N], world frame, shape (..., p, 2, 3)."""
-        return -self._unbatched(self._sensors[:, self.scene.addresses.forces])
+        return self._unbatched(self.motion.force).copy()
 
     @property
     def time(self) -> float:
         """Time on the robots' clock [s]."""
-        return self._start + self._periods * self.dt
+        return self.start_time + self._periods * self.dt
 
     def telemetry(self) -> Mapping[str, Array]:
         """Returns what the wheels did in the last period; see `Simulation.telemetry`."""
-        drive, bodies = self.drive, self._bodies
-        wheel_speed = self._qvel[:, self.scene.addresses.wheel_qvel]
-        start = (self._g_before[:, bodies], self._xi_before[:, bodies], self._u_straddling)
-        end = (self._g[:, bodies], self._xi[:, bodies], self._u)
-        force = -self._sensor_log[:, :, self.scene.addresses.forces]  # of the floor on the tyres, world frame
-        used = utilisation(np.hypot(force[..., 0], force[..., 1]), self._friction_log * np.maximum(force[..., 2], 0))
-        rolling = drive.wheel_speeds(self._velocity.real, self._omega)
-        return self._with_root({
-            "wheel_torque": self._torque_log.mean(axis=0),
-            "wheel_torque_demand": _largest(self._demand_log),
-            "torque_saturation": (np.abs(self._demand_log - self._torque_log) > 0).mean(axis=0),
-            "wheel_speed": wheel_speed,
-            "wheel_load": np.ascontiguousarray(force[..., 2]).mean(axis=0),  # summed alike in a batch and alone
-            "longitudinal_slip": drive.wheel_radius * (rolling - wheel_speed * self.scene.spec.radius_factors),
-            "lateral_slip": self._velocity.imag,
-            "friction_utilisation": used.max(axis=0),
-            "friction_utilisation_predicted": predicted_utilisation(self.scene.plant, self.ground, start, end),
-            "tilt": self._tilt(),
-        })  # fmt: skip
-
-    # One physics step -------------------------------------------------------------------------------------------------
-
-    def _physics_step(self, k: int, u: Array) -> None:
-        """Steps once and reads the new velocities.
-
-        The axle midpoint's velocity turns from half a step before t_k to half a step after. Seen in the heading of t_k,
-        in which MuJoCo takes masses and contacts, it goes from v e^(-i h omega/2) to v_after e^(i h omega_after/2). The
-        difference of the two over h is the acceleration that torques are for and that contacts have to bring about.
-
-        Args:
-            k: number of the step in its period.
-            u: mean of the commanded accelerations over [t_k - h/2, t_k + h/2], which this step gives, shape (b, p, 2).
-        """
-        at, h, v, omega = self.scene.addresses, self._h, self._velocity.real, self._omega
-        before = v * np.exp(-0.5j * h * omega)
-        acceleration = (self._velocity_after(u) - before) / h
-        self._terms[..., 0] = acceleration.real
-        self._terms[..., 1] = u[..., 1]
-        self._terms[..., 2] = omega * omega  # MuJoCo takes the centripetal force from its own velocities
-        self._terms[..., 3] = acceleration.imag
-        self._terms[..., 4], self._terms[..., 5], _ = self._known_ground.gravity_at(self._yaw())
-        demand = self._terms @ self.drive.torque_map
-        torque = self.drive.motor.saturate(demand, self._qvel[:, at.wheel_qvel], self._lag * self._sliding())
-        self._ctrl[:, at.motors] = torque
-        if self._surface is not None:
-            self._surface[:, at.tyres, 1] = self._rate_correction(before, u + self.drive.gained(torque - demand))
-        self._lay_ground(k)
-        self._engine.step()
-        self._demand_log[k], self._torque_log[k], self._sensor_log[k] = demand, torque, self._sensors
-        self._read_velocity()
-
-    def _rate_correction(self, before: Array, u: Array) -> Array:
-        """Returns the tyres' surface velocity along the axle with which wheels roll through a step, shape (b, p, 1)."""
-        after, side_force = self._velocity_after(u), self._terms @ self.drive.ground_map[:, 1]
-        return self._row.surface_velocity(before.imag, after.imag, side_force / 2)[..., None]
-
-    def _velocity_after(self, u: Array) -> Array:
-        """Returns the velocity after a step at the accelerations u, in the heading of t_k, shape (b, p), complex."""
-        h = self._h
-        return (self._velocity.real + h * u[..., 0]) * np.exp(0.5j * h * (self._omega + h * u[..., 1]))
-
-    def _lay_ground(self, k: int) -> None:
-        """Gives each tyre the friction of the place where it stands."""
-        if self._friction is not None:
-            pose = np.stack([self._q[..., 0], self._q[..., 1], self._yaw()], axis=-1)
-            self._friction_now = self.ground.friction_at(self.drive.wheel_places(pose))
-            self._friction[:, self.scene.addresses.tyres, 0] = self._friction_now
-        self._friction_log[k] = self._friction_now
-
-    def _sliding(self) -> Array:
-        """Returns which wheels slid in the last step or were off the floor, shape (b, p, 2)."""
-        force = self._sensors[:, self.scene.addresses.forces]
-        friction, load = np.hypot(force[..., 0], force[..., 1]), -force[..., 2]
-        return np.asarray(friction >= _SLIDING * self._friction_now * load)
-
-    def _read_velocity(self) -> None:
-        """Resolves the velocities in the headings of their own time, half a step before the positions'."""
-        self._velocity_before, self._omega_before = self._velocity, self._omega
-        self._omega = self._yaw_rate.copy()
-        self._velocity = self._plane_velocity * np.exp(-1j * (self._yaw() - self._h / 2 * self._omega))
-
-    def _yaw(self) -> Array:
-        """Heading, on a free base the swing-twist rotation about the vertical on [-2 pi, 2 pi] [rad], shape (b, p)."""
-        if self._planar:
-            return self._q[..., 3].copy()
-        return 2 * np.arctan2(self._q[..., 6], self._q[..., 3])
-
-    def _read_state(self) -> None:
-        """Unwraps headings and carries velocities to the positions' time by the acceleration measured last."""
-        velocity = self._velocity + (self._velocity - self._velocity_before) / 2
-        omega = self._omega + (self._omega - self._omega_before) / 2
-        expected = self._g[:, self._bodies, 2] + self.dt * omega
-        yaw = self._yaw()
-        heading = yaw + 2 * np.pi * np.round((expected - yaw) / (2 * np.pi))
-        self._g_before, self._xi_before = self._g.copy(), self._xi.copy()
-        self._g[:, self._bodies] = np.stack([self._q[..., 0], self._q[..., 1], heading], axis=-1)
-        self._xi[:, self._bodies] = np.stack([velocity.real, velocity.imag, omega], axis=-1)
-
-    # A virtual root follows its input exactly -------------------------------------------------------------------------
-
-    def _move_root(self) -> None:
-        if self.scene.marker is not None:
-            self._g[:, :1], self._xi[:, :1] = propagate(self._g[:, :1], self._xi[:, :1], self._u_root, self.dt)
-            self._place_marker()
-
-    def _place_marker(self) -> None:
-        if self.scene.marker is not None:
-            theta = self._g[:, 0, 2]
-            position, quaternion = self._engine.bind("mocap_pos"), self._engine.bind("mocap_quat")
-            position[:, self.scene.marker, :2] = self._g[:, 0, :2]
-            quaternion[:, self.scene.marker, 0] = np.cos(theta / 2)
-            quaternion[:, self.scene.marker, 3] = np.sin(theta / 2)
-
-    def _with_root(self, telemetry: dict[str, Array]) -> dict[str, Array]:
-        """Adds the row of a root that has no wheels, NaN, and takes off a batch axis that was not asked for."""
-        if self.scene.marker is not None:
-            telemetry = {
-                name: np.concatenate([np.full_like(values[:, :1], np.nan), values], axis=1)
-                for name, values in telemetry.items()
-            }
-        return {name: self._unbatched(values) for name, values in telemetry.items()}
-
-    # Checks and bookkeeping -------------------------------------------------------------------------------------------
-
-    def _require_upright(self, state: State) -> None:
-        """Raises SimulationDiverged for engine warnings, states that are not finite, and robots on their sides."""
-        require_finite(state, self.names)
-        warned = np.argwhere((self._warnings[..., 1] > 0) & ~self._lost[:, None])
-        if len(warned):
-            simulation, kind = warned[0]
-            what = mujoco.mjtWarning(int(kind)).name.removeprefix("mjWARN_").lower()
-            raise SimulationDiverged(f"MuJoCo warned of {what}", self.names[0], state.t, int(simulation))
-        tipped = np.argwhere(self._tilt() > TIPPED)
-        if len(tipped):
-            simulation, robot = tipped[0]
-            raise SimulationDiverged("tipped over", self.scene.spec.bodies[robot], state.t, int(simulation))
-
-    def _fallen(self) -> Array:
-        """Returns in which simulations something is wrong of which `_require_upright` would speak, shape (b,)."""
-        finite = np.isfinite(self._g).all(axis=(-2, -1)) & np.isfinite(self._xi).all(axis=(-2, -1))
-        upright = (self._tilt() <= TIPPED).all(axis=-1)
-        return ~finite | ~upright | (self._warnings[..., 1] > 0).any(axis=-1)
-
-    def _lose(self, fallen: Array, where: Array) -> None:
-        """Counts simulations as lost, and lets all that are stand at the poses `where`, shape (b, n, 3)."""
-        self._lost |= fallen
-        if not self._lost.any():
-            return
-        lost = self._lost
-        self._g[lost], self._xi[lost] = where[lost], 0.0
-        g, nothing = self._g[lost][:, self._bodies], np.zeros((int(lost.sum()), len(self.scene.spec.bodies), 2))
-        self._qpos[lost], self._qvel[lost] = self.scene.qpos_of(g, nothing), 0.0
-        self._engine.bind("qacc_warmstart")[lost] = 0.0
-        for velocity in (self._velocity, self._omega, self._velocity_before, self._omega_before):
-            velocity[lost] = 0.0
-        self._place_marker()
-
-    def _tilt(self) -> Array:
-        """Angle between the robots' vertical axes and the floor's normal [rad], shape (b, p)."""
-        if self._planar:
-            return np.zeros(self._q.shape[:-1])
-        return 2 * np.arcsin(np.minimum(np.hypot(self._q[..., 4], self._q[..., 5]), 1))
-
-    def _clear_log(self, value: float = 0.0) -> None:
-        shape = (self.substeps, *self._u.shape)
-        self._demand_log, self._torque_log = np.full(shape, value), np.full(shape, value)
-        self._sensor_log = np.full((self.substeps, *self._sensors.shape), value)
-        self._friction_log = np.full(shape, value)
+        return columns.named(self._unbatched(self.motion.telemetry).copy())
 
     def _batched(self, array: Array) -> Array:
         return np.array(array if self.batch else array[None], dtype=float)
@@ -334,10 +208,81 @@ class MujocoSimulation:
         return array if self.batch else array[0]
 
     def _state(self) -> State:
-        return State(self.time, self._unbatched(self._g).copy(), self._unbatched(self._xi).copy())
+        return State(self.time, self._unbatched(self.motion.g).copy(), self._unbatched(self.motion.xi).copy())
 
 
-def _largest(log: Array) -> Array:
-    """Returns the entries of largest magnitude along the first axis, signs kept."""
-    at = np.abs(log).argmax(axis=0)
-    return np.asarray(np.take_along_axis(log, at[None], axis=0)[0])
+def stepped_scene(spec: SceneSpec) -> Scene:
+    """Returns the scene that a simulation of a spec steps: of one robot where robots cannot touch each other.
+
+    Raises:
+        RobotError: as `make_scene`.
+    """
+    if spec.robot_contact:
+        return make_scene(spec)
+    return make_scene(replace(spec, robots=("robot",), virtual_root=False))
+
+
+def make_wheels(scene: Scene, spec: SceneSpec, dt: float) -> engine.Wheels:
+    """Returns what does not change while the robots of a scene drive; see `nhtrack.simulation.engine.Wheels`."""
+    drive, plant, step, at = scene.drive, scene.plant, spec.timestep, scene.addresses
+    row = FrictionRow.of(scene.model, int(at.tyres[0, 0]))
+    given_up = row.step * row.damping
+    known = spec.ground if spec.compensation == "actual" else Ground()
+    motor = drive.motor
+    return engine.Wheels(
+        dt=dt,
+        h=step,
+        substeps=round(dt / step),
+        planar=spec.base == "planar",
+        corrected=spec.rate_correction,
+        before_share=(1 - given_up) / given_up,
+        after_share=-1 / given_up,
+        force_share=-row.step * row.regularisation / given_up,
+        straddling=0.5,
+        lag=step * motor.stall_torque / (drive.wheel_inertia * motor.no_load_speed),
+        torque_map=np.ascontiguousarray(drive.torque_map),
+        side_map=np.ascontiguousarray(drive.ground_map[:, 1]),
+        torque_gain=np.ascontiguousarray(drive.torque_gain),
+        plant=plant_of(plant),
+        floor=floor_of(spec.ground),
+        known=floor_of(known),
+        radius_factors=spec.radius_factors,
+        wheel_dofs=(int(at.wheel_qvel[0, 0] - at.root_qvel[0]), int(at.wheel_qvel[0, 1] - at.root_qvel[0])),
+        motors=np.ascontiguousarray(at.motors, dtype=np.int64),
+        tyres=np.ascontiguousarray(at.tyres, dtype=np.int64),
+        roles=_roles(scene),
+        first_body=spec.first_body,
+        layout=tuple(memory.layout()),
+    )
+
+
+def _roles(scene: Scene) -> np.ndarray:
+    """Returns what geoms are to the contact forces: 2 i + wheel for tyres, -2 for the floor, -1 for all others."""
+    model = scene.model
+    roles = np.full(model.ngeom, -1, dtype=np.int64)
+    roles[(model.geom_bodyid == 0) & (model.geom_type == mujoco.mjtGeom.mjGEOM_PLANE)] = -2
+    roles[scene.addresses.tyres.ravel()] = np.arange(scene.addresses.tyres.size)
+    return roles
+
+
+def _stepped(model: mujoco.MjModel, spec: SceneSpec) -> mujoco.MjModel:
+    """Returns the copy of a model that a thread steps, into which it writes surface velocities and friction."""
+    own = copy.copy(model)
+    own.flg_surfacevel = spec.rate_correction
+    own.opt.ls_tolerance = 1.0  # the first point of a line search that is better is taken
+    return own
+
+
+def _place(model: mujoco.MjModel, data: mujoco.MjData) -> engine.Place:
+    address = memory.address_of
+    return engine.Place(
+        step=memory.step_address(),
+        model=model._address,
+        data=data._address,
+        qpos=address(data.qpos),
+        qvel=address(data.qvel),
+        warmstart=address(data.qacc_warmstart),
+        ctrl=address(data.ctrl),
+        surface=address(model.geom_surfacevel),
+        friction=address(model.geom_friction),
+    )

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import NamedTuple, Protocol
 
+import numpy as np
+
 from nhtrack.arrays import Array
 
 
@@ -51,3 +53,11 @@ class Simulation(Protocol):
     def telemetry(self) -> Mapping[str, Array]:
         """Returns what the wheels did in the last period, by the names of `nhtrack.recording.VARIABLES`."""
         ...
+
+
+def require_rolling(state: State) -> None:
+    """Raises ValueError for a state with lateral velocity, which no wheel allows, or whose arrays do not match."""
+    if state.g.shape != state.xi.shape or state.g.ndim < 2 or state.g.shape[-1] != 3:
+        raise ValueError(f"state: expected g and xi of shape (..., n, 3), got {state.g.shape} and {state.xi.shape}")
+    if np.any(state.xi[..., 1] != 0):
+        raise ValueError("state: v_y must be zero, the robots stand on wheels")

@@ -23,8 +23,8 @@ import numpy as np
 
 from nhtrack.arrays import Array
 from nhtrack.diffdrive import DiffDrive
+from nhtrack.experiment.loop import Rollout
 from nhtrack.ground import Gravity, Ground
-from nhtrack.rollout import Rollout
 from nhtrack.scenario.build import Experiment
 from nhtrack.scenario.schema import Scenario
 

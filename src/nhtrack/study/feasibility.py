@@ -8,11 +8,11 @@ from typing import Any
 
 from nhtrack.diffdrive import DiffDrive
 from nhtrack.errors import FeasibilityError
-from nhtrack.rollout import Progress, Rollout
+from nhtrack.experiment.loop import Progress, Rollout
 from nhtrack.scenario.build import Experiment, build, make_scene_spec
 from nhtrack.scenario.checks import MOST_PERIODS
 from nhtrack.scenario.schema import Scenario
-from nhtrack.simulation.kinematics import Kinematics
+from nhtrack.simulation.ideal import IdealSimulation
 from nhtrack.simulation.scene import reduced_models
 from nhtrack.study.demand import Binding, Demand, bindings, demands, rounded_up
 
@@ -183,7 +183,7 @@ def _worst(scenario: Scenario, drive: DiffDrive, progress: Progress | None) -> B
 
 def ideal_motion(experiment: Experiment, progress: Progress | None = None) -> tuple[Rollout, bool]:
     """Returns the run of an experiment on the ideal model, without telemetry, and whether a robot ran away."""
-    simulation = Kinematics(experiment.network.names, experiment.dt)
+    simulation = IdealSimulation(experiment.network.names, None, experiment.dt, keep_going=True)
     run = experiment.rollout(simulation, progress)
     if run.interrupted:
         raise KeyboardInterrupt

@@ -11,9 +11,9 @@ import numpy as np
 from nhtrack.arrays import Array
 from nhtrack.diffdrive import DiffDrive
 from nhtrack.errors import NhtrackError, did_you_mean
+from nhtrack.experiment.loop import Rollout
 from nhtrack.ground import Ground
 from nhtrack.metrics import LATE, SETTLED
-from nhtrack.rollout import Rollout
 from nhtrack.study.demand import largest_factors, motion_of
 
 # One unit of cost: what a good run leaves. Position errors are shares of the leader's path.

@@ -14,17 +14,17 @@ import numpy as np
 from nhtrack.diffdrive import DiffDrive
 from nhtrack.errors import RenderError, SimulationDiverged
 from nhtrack.events import find_events, sentences
+from nhtrack.experiment.loop import Progress, Rollout
 from nhtrack.metrics import summary
 from nhtrack.recording import Recording, make_recording
-from nhtrack.rollout import Progress, Rollout
 from nhtrack.scenario.build import Experiment, build
 from nhtrack.scenario.documentation import json_schema
 from nhtrack.scenario.load import load
 from nhtrack.scenario.schema import Scenario, Video
 from nhtrack.scenario.stance import stance_warnings
 from nhtrack.simulation.ideal import IdealSimulation
-from nhtrack.simulation.mujoco import MujocoSimulation
-from nhtrack.simulation.scene import Scene, make_scene
+from nhtrack.simulation.mujoco import MujocoSimulation, stepped_scene
+from nhtrack.simulation.scene import Scene
 from nhtrack.study.demand import predictions
 from nhtrack.study.feasibility import plant_of, with_time
 from nhtrack.study.folder import OutputError, claimed_folder, clear, fresh_folder, save_json
@@ -111,8 +111,8 @@ def simulate(scenario: Scenario, stage: Stage | None = None) -> Outcome:
     if scenario.backend == "ideal":
         main, scene = twin, None
     else:
-        scene = make_scene(replace(experiment.scene, bounds=_bounds(twin)))
-        main = _roll(MujocoSimulation(scene, experiment.dt), experiment, stage, "MuJoCo")
+        scene = stepped_scene(experiment.scene)
+        main = _roll(MujocoSimulation(scene, experiment.dt, spec=experiment.scene), experiment, stage, "MuJoCo")
     recording = _recording(scenario, experiment, drive, main, twin, scene)
     told = [*warnings(scenario, experiment, twin, drive), *sentences(find_events(recording))]
     figures = summary(recording) | {"warnings": told}
@@ -125,6 +125,7 @@ def run_scenario(
     *,
     overwrite: bool = False,
     figures: bool = True,
+    pdf: bool = False,
     video: bool = True,
     report: bool = True,
     processes: int = 1,
@@ -141,6 +142,7 @@ def run_scenario(
         out: the folder; `runs/<name>-<n>/` with the first free n by default.
         overwrite: allow a folder that has files in it.
         figures: whether to draw figures.
+        pdf: whether to draw them for print, see `nhtrack.plots.files.save_figure`.
         video: whether to make the film.
         report: whether to write the report.
         processes: how many draw the film, see `nhtrack.video.render`.
@@ -155,7 +157,7 @@ def run_scenario(
     files = [outcome.recording.save(folder / "recording.nc"), save_json(folder / "summary.json", outcome.summary)]
     skipped: list[str] = []
     if figures:
-        drawn, reason = _figures(outcome.recording, folder)
+        drawn, reason = _figures(outcome.recording, folder, pdf=pdf)
         files += drawn
         skipped += reason
     if video and outcome.recording.outcome == "completed":
@@ -170,6 +172,9 @@ def run_scenario(
 def warnings(scenario: Scenario, experiment: Experiment, twin: Rollout, drive: DiffDrive) -> tuple[str, ...]:
     """Returns what the gains and the ideal run say will go wrong on wheels, in sentences."""
     found = experiment.law.warnings()
+    interpreted = experiment.law.kind.entry.interpreted
+    if interpreted is not None:
+        found = (*found, f"law {scenario.law.name!r} runs as Python, about a hundred times slower: {interpreted}")
     if scenario.backend == "ideal":
         return found
     found = (*found, *stance_warnings(scenario, experiment, drive))
@@ -216,7 +221,7 @@ def _recording(
         "control_rate": scenario.control_rate,
         "parents": {name: list(parents) for name, parents in scenario.parents.items()},
         "scenario": scenario.model_dump(mode="json"),
-        "scene": (scene.spec if scene else replace(experiment.scene, bounds=_bounds(twin))).to_json(),
+        "scene": replace(experiment.scene, bounds=_bounds(twin)).to_json(),
         "model_hash": scene.hash if scene else "",
         "versions": versions(),
     }
@@ -235,12 +240,12 @@ def versions() -> dict[str, str]:
     return {"python": platform.python_version()} | {name: importlib.metadata.version(name) for name in _VERSIONED}
 
 
-def _figures(recording: Recording, folder: Path) -> tuple[list[Path], list[str]]:
+def _figures(recording: Recording, folder: Path, *, pdf: bool) -> tuple[list[Path], list[str]]:
     """Returns the figures, or the reason why there are none: a run gone wild has numbers that no axis can show."""
     from nhtrack.plots import save_figures
 
     try:
-        return save_figures(recording, folder / "figures"), []
+        return save_figures(recording, folder / "figures", pdf=pdf), []
     except (ValueError, OverflowError) as error:
         return [], [f"no figures: {error}"]
 

@@ -20,12 +20,13 @@ from scipy.stats import qmc
 
 from nhtrack.arrays import Array
 from nhtrack.diffdrive import DiffDrive
-from nhtrack.errors import NhtrackError, did_you_mean
-from nhtrack.rollout import Progress
+from nhtrack.errors import NhtrackError
+from nhtrack.experiment.loop import Progress
 from nhtrack.scenario.build import build, make_law
+from nhtrack.scenario.law_sections import LawSection, powers
 from nhtrack.scenario.schema import Scenario
 from nhtrack.similarity import Similarity
-from nhtrack.simulation.kinematics import Kinematics
+from nhtrack.simulation.ideal import IdealSimulation
 from nhtrack.study.demand import robots_with_wheels
 from nhtrack.study.feasibility import plant_of, with_time
 from nhtrack.study.objective import Figures, Objective, figures_of
@@ -61,27 +62,14 @@ class Range(NamedTuple):
         return self.low * unit, self.high * unit
 
 
-# A law that settles within a run of duration D has sqrt(kp) D of 10 to 100 and kd around 2 sqrt(kp).
-_STIFFNESS, _DAMPING = Range(9.0, 4e4, 2), Range(6.0, 1000.0, 1)
-RANGES: Mapping[str, Mapping[str, Range]] = {
-    "published": {"kp": _STIFFNESS, "kd": _DAMPING, "ke": Range(0.25, 4e4, 2), "k": Range(0.1, 30.0, 0)},
-    "stabiliser": {"kp": _STIFFNESS, "kd": _DAMPING, "k": Range(0.1, 30.0, 0)},
-    # Lengths and speeds of this law are the scenario's own and are not searched.
-    "universal": {"k1": Range(400.0, 1e6, 2), "k2": _DAMPING, "k3": _DAMPING, "c": Range(2.0, 100.0, 1)},
-    # A leader that covers its size within the duration turns gains on lengths into stiffness and damping.
-    "kanayama": {
-        "k_x": _DAMPING, "k_y": Range(9.0, 4e4, 0, -2), "k_theta": Range(6.0, 1000.0, 0, -1), "k_inner": _DAMPING,
-    },
-    "samson": {"zeta": Range(0.2, 0.99, 0), "b": Range(9.0, 4e4, 0, -2), "k_inner": _DAMPING},
-    "jiang_nijmeijer": {
-        "k_x": _DAMPING, "gamma": Range(9.0, 4e4, 0, -2), "k_theta": _DAMPING, "k_inner": _DAMPING,
-        "coupling": _STIFFNESS,
-    },
-    "feedback_linearisation": {
-        "kp": _STIFFNESS, "kd": _DAMPING, "k_inner": _DAMPING, "v_min": Range(0.01, 0.5, 1, 1),
-    },
-    "look_ahead": {"distance": Range(1e-3, 0.2, 0, 1), "k": _DAMPING, "k_inner": _DAMPING},
-}
+def ranges_of(law: LawSection) -> dict[str, Range]:
+    """Returns where the gains of a law are looked for; those that name no range are left as they are."""
+    found = {}
+    for name, gain in law.kind.described.items():
+        if gain.search is not None:
+            length, time = powers(gain.unit)
+            found[name] = Range(*gain.search, -time, length)
+    return found
 
 
 @dataclass(frozen=True)
@@ -239,9 +227,10 @@ class _Box:
     @classmethod
     def of(cls, scenario: Scenario, seed: int, below_bound: bool) -> _Box:
         """Returns the box of a scenario's law."""
-        if scenario.law.name not in RANGES:
-            raise TuningError(f"law {scenario.law.name!r} has no ranges to search; {did_you_mean('', RANGES)}")
-        ranges, size = RANGES[scenario.law.name], _size(scenario)
+        ranges, size = ranges_of(scenario.law), _size(scenario)
+        if not ranges:
+            gain = 'Annotated[float, Gain("1/T", "...", search=(6, 1000))]'
+            raise TuningError(f"law {scenario.law.name!r} has no gain with a range to search, such as {gain}")
         limits = [gain.limits(scenario.duration, size) for gain in ranges.values()]
         return cls(scenario, tuple(ranges), np.array(limits), seed, below_bound)
 
@@ -318,7 +307,7 @@ class _Trial:
     def _figures(self, scenario: Scenario, batch: Array, progress: Progress) -> Figures:
         """Returns the figures of one batched rollout; NaN for the candidates that lose their robots."""
         experiment = build(_with_gains(scenario, {name: batch[:, i, None] for i, name in enumerate(self._names)}))
-        simulation = Kinematics(experiment.network.names, experiment.dt)
+        simulation = IdealSimulation(experiment.network.names, None, experiment.dt, keep_going=True)
         run = experiment.rollout(simulation, progress, batch=(len(batch),))
         if run.interrupted:
             raise KeyboardInterrupt

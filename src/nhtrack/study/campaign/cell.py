@@ -10,7 +10,8 @@ import numpy as np
 
 from nhtrack.scenario.build import Experiment, build
 from nhtrack.scenario.campaign import Campaign
-from nhtrack.scenario.schema import Follower, Law, Leader, Scenario, Segment, SignalInput, Start
+from nhtrack.scenario.law_sections import Law
+from nhtrack.scenario.schema import Follower, Leader, Scenario, Segment, SignalInput, Start
 from nhtrack.simulation.state import State
 from nhtrack.study.campaign.draw import Draw, Pieces, draw_pieces, draw_starts
 

@@ -16,15 +16,15 @@ import numpy as np
 import pandas as pd
 
 from nhtrack.errors import NhtrackError
-from nhtrack.rollout import Progress, periods
+from nhtrack.experiment.loop import Progress
 from nhtrack.scenario.build import Experiment
 from nhtrack.scenario.campaign import Campaign
 from nhtrack.scenario.documentation import json_schema
 from nhtrack.scenario.edit import scenario_text
 from nhtrack.scenario.schema import Similarity
-from nhtrack.simulation.kinematics import Kinematics
-from nhtrack.simulation.mujoco import MujocoSimulation
-from nhtrack.simulation.scene import make_scene, reduced_models
+from nhtrack.simulation.ideal import IdealSimulation
+from nhtrack.simulation.mujoco import MujocoSimulation, stepped_scene
+from nhtrack.simulation.scene import reduced_models
 from nhtrack.study.campaign.cell import Cell
 from nhtrack.study.campaign.tables import cells_of, rows_of, save_cells, save_runs, worst_first
 from nhtrack.study.campaign.tally import Tally, Watch
@@ -139,32 +139,29 @@ def run_part(part: Part) -> None:
 def measure(cell: Cell, starts: slice) -> pd.DataFrame:
     """Returns the rows of some consecutive starts of a cell, run side by side."""
     experiment, campaign = cell.experiment(starts), cell.campaign
-    simulation, runs = _simulation(experiment, campaign.backend), len(experiment.start.g)
-    _, plant = reduced_models(experiment.scene)
+    simulation = _simulation(experiment, campaign.backend)
     tally = Tally(
         Watch(
             campaign.arrival,
             campaign.duration,
             len(experiment.inputs),
             experiment.similarity,
-            plant,
-            experiment.scene.ground,
-        ),
-        runs,
+            experiment.law.kind.modes,
+        )
     )
-    loop = periods(
-        simulation, experiment.law, experiment.network, experiment.inputs, experiment.start, experiment.tracking
-    )
-    for period in loop:
-        tally.add(period, simulation.telemetry(), simulation.lost)
+    failure = experiment.record(simulation, tally)
+    if failure is not None:  # of the law itself; a robot that is lost is a figure
+        raise failure
     return rows_of(cell, starts.start, tally.figures(simulation.lost))
 
 
-def _simulation(experiment: Experiment, backend: str) -> Kinematics | MujocoSimulation:
+def _simulation(experiment: Experiment, backend: str) -> IdealSimulation | MujocoSimulation:
+    spec = experiment.scene
     if backend == "ideal":
-        return Kinematics(experiment.network.names, experiment.dt)
+        plant = reduced_models(spec)[1]
+        return IdealSimulation(experiment.network.names, plant, experiment.dt, spec.ground, keep_going=True)
     batch = experiment.start.g.shape[:1]
-    return MujocoSimulation(make_scene(experiment.scene), experiment.dt, batch, outlive=True)
+    return MujocoSimulation(stepped_scene(spec), experiment.dt, batch, spec=spec, keep_going=True)
 
 
 def _parts(cell: Cell, folder: Path) -> Iterator[Part]:

@@ -13,7 +13,7 @@ from typing import NamedTuple, TypeAlias
 
 from nhtrack import assets
 from nhtrack.errors import SimulationDiverged
-from nhtrack.rollout import Progress
+from nhtrack.experiment.loop import Progress
 from nhtrack.study.fidelity import closed_loop, conservation, friction, model, open_loop, slip
 from nhtrack.study.fidelity.bench import Bench, Finding
 from nhtrack.study.folder import save_json

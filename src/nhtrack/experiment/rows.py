@@ -1,0 +1,83 @@
+"""The rows that the loop writes, one for every control period, simulation and robot."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+
+from nhtrack import planar
+from nhtrack.compiled import compiled_inside
+from nhtrack.simulation import columns
+
+# Columns of a row, by the names of `nhtrack.recording.VARIABLES`; telemetry follows them.
+COLUMNS: Mapping[str, slice] = {
+    "pose": slice(0, 3),
+    "twist": slice(3, 6),
+    "input": slice(6, 8),
+    "leader_pose": slice(8, 11),
+    "leader_twist": slice(11, 14),
+    "error": slice(14, 17),
+}
+BARE = 17  # columns of a row without telemetry
+_BARE = BARE
+
+
+class Rows(NamedTuple):
+    """Where rows are written; k of them, for b simulations of n robots.
+
+    Attributes:
+        table: shape (k, b, n, BARE) or, with telemetry, (k, b, n, BARE + columns.WIDTH).
+        memory: of the law after its command, shape (k, b, n, values), or no rows.
+        qpos: MuJoCo's configuration, shape (k, b, p, coordinates of a robot), or no rows.
+    """
+
+    table: np.ndarray
+    memory: np.ndarray
+    qpos: np.ndarray
+
+
+def named(table: np.ndarray) -> dict[str, np.ndarray]:
+    """Returns views of a table by the names of variables, shape (..., columns) -> (..., components)."""
+    found = {name: table[..., columns_] for name, columns_ in COLUMNS.items()}
+    if table.shape[-1] > BARE:
+        found |= columns.named(table[..., BARE:])
+    return found
+
+
+@compiled_inside
+def write_row(
+    rows: Rows, k: int, b: int, g: np.ndarray, xi: np.ndarray, u: np.ndarray, commanded: bool, tracked: np.ndarray,
+    telemetry: np.ndarray, memory: np.ndarray,
+) -> None:  # fmt: skip
+    """Writes the row k of a simulation; the last row of a run has no input, since nothing is commanded any more."""
+    for i in range(g.shape[0]):
+        row = rows.table[k, b, i]
+        for c in range(3):
+            row[c] = g[i, c]
+            row[3 + c] = xi[i, c]
+            row[8 + c] = tracked[i, c]
+            row[11 + c] = tracked[i, 3 + c]
+        row[6] = u[i, 0] if commanded else math.nan
+        row[7] = u[i, 1] if commanded else math.nan
+        place = (tracked[i, 0], tracked[i, 1], tracked[i, 2])
+        x, y, heading = planar.between(place, (g[i, 0], g[i, 1], g[i, 2]))
+        row[14] = x
+        row[15] = y
+        row[16] = planar.wrap(heading)
+        for c in range(row.shape[0] - _BARE):
+            row[_BARE + c] = telemetry[i, c]
+        if rows.memory.shape[0] > 0:
+            for c in range(memory.shape[1]):
+                rows.memory[k, b, i, c] = memory[i, c]
+
+
+@compiled_inside
+def write_qpos(rows: Rows, k: int, b: int, qpos: np.ndarray) -> None:
+    """Writes MuJoCo's configuration, where it is kept."""
+    if rows.qpos.shape[0] > 0:
+        for robot in range(qpos.shape[0]):
+            for c in range(qpos.shape[1]):
+                rows.qpos[k, b, robot, c] = qpos[robot, c]

@@ -1,0 +1,41 @@
+"""What all sections of a scenario or campaign file have in common."""
+
+from __future__ import annotations
+
+from typing import Any, Self
+
+from pydantic import BaseModel, ConfigDict, ModelWrapValidatorHandler, ValidationError, model_validator
+from pydantic_core import ErrorDetails, InitErrorDetails, PydanticCustomError
+
+from nhtrack.errors import did_you_mean
+
+
+def fault(message: str) -> PydanticCustomError:
+    """Returns the error by which a validator reports a message of its own."""
+    return PydanticCustomError("fault", "{message}", {"message": message})
+
+
+class Section(BaseModel):
+    """A mapping of the file: frozen, no unknown keys, no conversion between types, finite numbers only."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False, hide_input_in_errors=True)
+
+    @model_validator(mode="wrap")
+    @classmethod
+    def _speak_of_keys(cls, data: Any, handler: ModelWrapValidatorHandler[Self]) -> Self:
+        """Says of unknown and missing keys what only the section knows: its other keys and what they mean."""
+        try:
+            return handler(data)
+        except ValidationError as error:
+            problems = [cls._detail(problem) for problem in error.errors(include_url=False)]
+            raise ValidationError.from_exception_data(error.title, problems, hide_input=True) from None
+
+    @classmethod
+    def _detail(cls, problem: ErrorDetails) -> InitErrorDetails:
+        loc, kind, context = problem["loc"], problem["type"], problem.get("ctx", {})
+        said: str | PydanticCustomError = fault(context["message"]) if kind == "fault" else kind
+        if len(loc) == 1 and kind == "extra_forbidden":
+            said = fault(f"unknown key; {did_you_mean(str(loc[0]), cls.model_fields)}")
+        elif len(loc) == 1 and kind == "missing":
+            said = fault(f"required key is missing: {cls.model_fields[str(loc[0])].description}")
+        return InitErrorDetails(type=said, loc=loc, input=problem["input"], ctx=context)
