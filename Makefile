@@ -59,8 +59,8 @@ bench: $(DEV)  ## run every script in benchmarks/
 docs: $(DEV)  ## write the generated pages of docs/ anew
 	@$(BIN)/python -m nhtrack.scenario.documentation docs
 	@for script in $(sort $(wildcard docs/generate_*.py)); do $(BIN)/python "$$script" || exit 1; done
-	@$(BIN)/nhtrack paper --out $(VENV)/paper --no-pdf --no-report --force
-	@$(BIN)/nhtrack paper --from $(VENV)/paper --out docs --no-pdf --no-report --force
+	@$(BIN)/nhtrack paper --out $(VENV)/paper --no-report --force
+	@$(BIN)/nhtrack paper --from $(VENV)/paper --out docs --no-report --force
 
 gallery: $(RUNTIME) $(GL)  ## make the films of renders/gallery anew
 	@$(BIN)/python renders/make_gallery.py

@@ -33,7 +33,7 @@ def publish(source: Path, name: str) -> None:
         shutil.copy(source / file, target / file)
     with TemporaryDirectory() as folder:
         runs, cells = pd.read_parquet(source / "runs.parquet"), pd.read_csv(source / "cells.csv")
-        for drawn in save_campaign_figures(runs, cells, Path(folder)):
+        for drawn in save_campaign_figures(runs, cells, Path(folder), pdf=True):
             if drawn.suffix == ".png" and drawn.stem in FIGURES:
                 _save_small(drawn, target / "figures" / drawn.name)
 

@@ -95,7 +95,7 @@ def campaign_report(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="session")
 def paper_report(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    options = ("--examples", 3, "--backend", "ideal", "--no-pdf")
+    options = ("--examples", 3, "--backend", "ideal")
     return results_of(tmp_path_factory.mktemp("paper"), "paper", *options)
 
 

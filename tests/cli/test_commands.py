@@ -176,12 +176,14 @@ def test_errors_become_exit_codes(
 def test_run_passes_on_what_it_was_asked(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     runs = Runs(RobotError("stop"))
     monkeypatch.setitem(sys.modules, "nhtrack.study.run", SimpleNamespace(run_scenario=runs.run_scenario))
-    options = ["--no-video", "--no-figures", "--no-report", "--force", "--out", "there", "--seed", "7"]
+    options = ["--no-video", "--no-figures", "--pdf", "--no-report", "--force", "--out", "there", "--seed", "7"]
     invoke("run", "tour/hello", *options, "--backend", "ideal", "--set", "law.kp=3", "--set", "physics.friction=0.5")
     ((scenario, out, asked),) = runs.calls
     assert (scenario.seed, scenario.backend, scenario.law.kp, scenario.physics.friction) == (7, "ideal", 3.0, 0.5)
     assert out == Path("there")
-    assert (asked["overwrite"], asked["figures"], asked["video"], asked["report"]) == (True, False, False, False)
+    assert {name: asked[name] for name in ("overwrite", "figures", "pdf", "video", "report")} == {
+        "overwrite": True, "figures": False, "pdf": True, "video": False, "report": False,
+    }  # fmt: skip
 
 
 @pytest.mark.slow

@@ -34,7 +34,7 @@ def rows(folder: str) -> list[dict]:
 
 
 def test_a_row_for_every_law_and_a_file_for_everything(file: Path) -> None:
-    result = invoke("compare", file, "kanayama", WILD, "--no-video")
+    result = invoke("compare", file, "kanayama", WILD, "--no-video", "--pdf")
     assert result.exit_code == 0, result.output
     lines = result.stdout.splitlines()
     for label in ("published", "kanayama-1", "kanayama-2"):

@@ -67,7 +67,7 @@ def recorded(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.mark.slow
 def test_the_page_has_every_example_and_every_figure(recorded: Path, tmp_path: Path) -> None:
-    result = invoke("--from", recorded, "--out", "page")
+    result = invoke("--from", recorded, "--out", "page", "--pdf")
     assert result.exit_code == 0, result.output
     page = (tmp_path / "page" / "paper.md").read_text(encoding="utf-8")
     assert re.findall(r"^## Example (\d)", page, re.MULTILINE) == ["1", "2", "3", "4", "5"]
@@ -85,7 +85,7 @@ def test_the_page_has_every_example_and_every_figure(recorded: Path, tmp_path: P
 
 @pytest.mark.slow
 def test_the_report_has_every_example_and_every_figure(recorded: Path, tmp_path: Path) -> None:
-    result = invoke("--from", recorded, "--out", "page", "--no-pdf")
+    result = invoke("--from", recorded, "--out", "page")
     assert result.exit_code == 0, result.output
     assert result.stdout.endswith("wrote page/report.html\n")
     page = Elements((tmp_path / "page" / "report.html").read_text(encoding="utf-8"))
@@ -100,7 +100,7 @@ def test_the_report_has_every_example_and_every_figure(recorded: Path, tmp_path:
 
 
 def test_a_report_can_be_left_out(recorded: Path, tmp_path: Path) -> None:
-    only = ("--examples", "5", "--backend", "ideal", "--no-pdf", "--no-report")
+    only = ("--examples", "5", "--backend", "ideal", "--no-report")
     assert invoke("--from", recorded, "--out", "page", *only).exit_code == 0
     assert not (tmp_path / "page" / "report.html").exists()
 
@@ -108,7 +108,7 @@ def test_a_report_can_be_left_out(recorded: Path, tmp_path: Path) -> None:
 @pytest.mark.slow
 def test_redrawing_gives_the_same_bytes(recorded: Path, tmp_path: Path) -> None:
     for out in ("one", "two"):
-        assert invoke("--from", recorded, "--out", out, "--examples", "3,4").exit_code == 0
+        assert invoke("--from", recorded, "--out", out, "--examples", "3,4", "--pdf").exit_code == 0
     one, two = (sorted(path for path in Path(out).rglob("*") if path.is_file()) for out in ("one", "two"))
     assert [path.relative_to("one") for path in one] == [path.relative_to("two") for path in two]
     assert len(one) == 2 + 2 * 3
@@ -117,7 +117,7 @@ def test_redrawing_gives_the_same_bytes(recorded: Path, tmp_path: Path) -> None:
 
 
 def test_some_examples_without_mujoco_and_pdf(recorded: Path, tmp_path: Path) -> None:
-    result = invoke("--from", recorded, "--out", "page", "--examples", "5", "--backend", "ideal", "--no-pdf")
+    result = invoke("--from", recorded, "--out", "page", "--examples", "5", "--backend", "ideal")
     assert result.exit_code == 0, result.output
     assert {path.name for path in (tmp_path / "page").rglob("*.*")} == {
         "paper.md", "report.html", "example5_trajectories.png",
@@ -165,7 +165,7 @@ def test_a_missing_or_partial_recording_is_named(recorded: Path, tmp_path: Path)
 def test_a_folder_with_files_is_not_written_into_unless_told(recorded: Path, tmp_path: Path) -> None:
     (tmp_path / "page").mkdir()
     (tmp_path / "page" / "precious").write_text("")
-    only = ("--from", recorded, "--out", "page", "--examples", "5", "--backend", "ideal", "--no-pdf")
+    only = ("--from", recorded, "--out", "page", "--examples", "5", "--backend", "ideal")
     result = invoke(*only)
     assert result.exit_code == 1
     assert "--force" in result.stderr
@@ -175,7 +175,7 @@ def test_a_folder_with_files_is_not_written_into_unless_told(recorded: Path, tmp
 
 @pytest.mark.slow
 def test_the_command_runs_what_it_draws(tmp_path: Path) -> None:
-    result = invoke("--examples", "3", "--backend", "ideal", "--no-pdf")
+    result = invoke("--examples", "3", "--backend", "ideal")
     assert result.exit_code == 0, result.output
     for name in ("example3_pi", "example3_minus_pi"):
         recording = Recording.load(tmp_path / "runs" / "paper-1" / "recordings" / f"{name}-ideal.nc")

@@ -331,11 +331,11 @@ def test_labels_make_file_names_that_differ():
 def test_files_are_whole_and_the_same_every_time(tmp_path):
     starts = campaign_starts(("universal", "universal limited"), FAMILIES[:2], 60, 0.9)
     cells = campaign_cells(starts)
-    written = save_campaign_figures(starts, cells, tmp_path / "a")
+    written = save_campaign_figures(starts, cells, tmp_path / "a", pdf=True)
     names = ["share_map", "settling", "late_errors", "start_map_universal", "start_map_universal_limited"]
     assert [path.name for path in written] == [f"{name}.{suffix}" for name in names for suffix in ("png", "pdf")]
     assert sorted((tmp_path / "a").iterdir()) == sorted(written)
-    again = save_campaign_figures(starts, cells, tmp_path / "b")
+    again = save_campaign_figures(starts, cells, tmp_path / "b", pdf=True)
     assert [path.read_bytes() for path in written] == [path.read_bytes() for path in again]
     assert written[0].read_bytes().startswith(b"\x89PNG")
     assert written[1].read_bytes().startswith(b"%PDF")

@@ -18,15 +18,15 @@ from matplotlib.text import Text
 from nhtrack import plots, se2
 from nhtrack.ground import Patch
 from nhtrack.plots.graph import ink_on
+from nhtrack.plots.margins import Numbers
 from nhtrack.plots.marks import covered
 from nhtrack.simulation.palette import FOLLOWERS, ROOT, robot_colour
 from nhtrack.simulation.scene import SceneSpec
 from recordings import HALF_SEPARATION, TORQUE_LIMIT, WHEEL_RADIUS, synthetic_recording
 
-# [pt] A figure is laid out anew when it is drawn, after room was made for names: panels grow, so that room does too.
-CLEARANCE = 1.0
+CLEARANCE = 1.0  # [pt] between curves and the names and bars of events
 HAIR = 2.0  # [pixels at 100 dpi] Boxes of letters are rounded up to pixels, and have some air.
-LAYOUT = 0.03  # Darts are drawn in panels laid out once; names, drawn later, move them by a point or two.
+LAYOUT = 1e-6  # Panels stay where they are; equal axes round their sides once more.
 DART_POINTS = 8.0  # [pt] length of a dart; the root's is 1.3 times as long
 
 # [rad] Darts are of points a hundredth of a robot's way apart in the panel: rounding of coordinates of a few metres.
@@ -83,8 +83,8 @@ def test_panels_stand_at_the_fractions():
     recording = synthetic_recording(1, samples=801)
     figure = plots.trajectories(recording, (0.25, 0.75))
     assert [axes.get_title("left") for axes in figure.axes] == [
-        "(a) $t$ = 20 s  (25%)",
-        "(b) $t$ = 60 s  (75%)",
+        "(a) t = 20 s  (25%)",
+        "(b) t = 60 s  (75%)",
     ]
     for axes, last in zip(figure.axes, (200, 600), strict=True):
         (leader,) = curves(axes, ROOT)
@@ -97,8 +97,8 @@ def test_lengths_are_metres_on_the_floor_and_axes_equal():
     figure = plots.trajectories(recording)
     for axes in figure.axes:
         assert axes.get_aspect() == 1.0
-    assert figure.axes[2].get_xlabel() == "$x$ [m]"
-    assert figure.axes[2].get_ylabel() == "$y$ [m]"
+    assert figure.axes[2].get_xlabel() == "x [m]"
+    assert figure.axes[2].get_ylabel() == "y [m]"
     (path,) = curves(figure.axes[3], FOLLOWERS[0])
     assert path == pytest.approx(recording["pose"].values[:, 1, :2])
 
@@ -285,6 +285,36 @@ def test_curves_are_named_where_they_end(followers):
         assert all(box.x0 > axes.get_window_extent().x1 and box.x1 <= figure.bbox.x1 for box in boxes)
         heights = sorted((box.y0 + box.y1) / 2 for box in boxes)
         assert np.diff(heights).min(initial=np.inf) > 6.5 * figure.dpi / 72  # lines of letters of 6.5 pt
+
+
+def test_a_name_too_long_for_the_page_is_cut():
+    recording = synthetic_recording(1, samples=51)
+    recording.dataset = recording.dataset.assign_coords(robot=["leader", "w" * 60])
+    recording.dataset.attrs["parents"] = json.dumps({"leader": [], "w" * 60: ["leader"]})
+    figure = plots.errors(recording)
+    figure.draw_without_rendering()
+    for axes in figure.axes:
+        (name,) = names(axes)
+        assert re.fullmatch("w+…", name)
+        assert axes.get_window_extent().width > 0.3 * figure.bbox.width
+        assert axes.get_tightbbox().x1 <= figure.bbox.x1
+
+
+@pytest.mark.parametrize(
+    ("places", "texts"),
+    [
+        ([-1.0, 0.0, 1.0], ["-1", "0", "1"]),
+        ([0.0, 0.5, 1.0], ["0.0", "0.5", "1.0"]),
+        ([-0.0025, 0.0, 0.0025], ["-0.0025", "0.0000", "0.0025"]),
+        ([0.0, 2e-5, 4e-5], ["0", "2x10⁻⁵", "4x10⁻⁵"]),
+        ([0.0, 10000.0, 25000.0], ["0", "1.0x10⁴", "2.5x10⁴"]),
+        ([-0.1, 0.0, 0.1, 0.2 + 1e-16], ["-0.1", "0.0", "0.1", "0.2"]),
+        ([], []),
+    ],
+)
+def test_numbers_have_the_decimals_of_their_steps(places, texts):
+    letters = str.maketrans({"\N{MINUS SIGN}": "-", "\N{MULTIPLICATION SIGN}": "x"})
+    assert [text.translate(letters) for text in Numbers().format_ticks(places)] == texts
 
 
 def test_dollars_in_names_are_letters():

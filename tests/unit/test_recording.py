@@ -12,7 +12,8 @@ import pytest
 import xarray as xr
 
 from nhtrack.errors import RecordingError
-from nhtrack.recording import FORMAT_VERSION, VARIABLES, Recording, atomic_path, make_recording
+from nhtrack.files import atomic_path
+from nhtrack.recording import FORMAT_VERSION, VARIABLES, Recording, make_recording
 
 ROBOTS = ("leader", "follower")
 ATTRIBUTES: dict[str, Any] = {

@@ -9,6 +9,7 @@ import typer
 from rich.console import Console
 
 from nhtrack.cli.app import EXIT_INTERRUPTED, app, fail
+from nhtrack.cli.results import Pdf
 from nhtrack.cli.screen import make_table, progress_bars, show_quantity, show_share
 from nhtrack.cli.studies import Changes
 
@@ -29,6 +30,7 @@ def campaign(
     ] = None,
     processes: Annotated[int | None, typer.Option(min=1, help="How many at once; by default one a core.")] = None,
     no_figures: Annotated[bool, typer.Option("--no-figures", help="Draw no figures.")] = False,
+    pdf: Pdf = False,
     no_report: Annotated[bool, typer.Option("--no-report", help="Write no report.")] = False,
 ) -> None:
     """Try laws against references from many random starts; stopped, the same command goes on."""
@@ -47,7 +49,7 @@ def campaign(
     if not no_figures:
         from nhtrack.plots.campaign import save_campaign_figures
 
-        written += save_campaign_figures(results.runs, results.cells, folder / "figures")
+        written += save_campaign_figures(results.runs, results.cells, folder / "figures", pdf=pdf)
     if not no_report:
         written.append(write_report(results, folder))
     for path in written:

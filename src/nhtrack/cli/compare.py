@@ -12,7 +12,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from nhtrack.cli.app import EXIT_DIVERGED, EXIT_INTERRUPTED, app, fail
-from nhtrack.cli.results import Backend, load_scenario
+from nhtrack.cli.results import Backend, Pdf, load_scenario
 from nhtrack.cli.screen import cores, make_table, progress_bars, show_metres, show_quantity, show_share
 
 if TYPE_CHECKING:
@@ -52,6 +52,7 @@ def compare(
     ] = None,
     no_video: Annotated[bool, typer.Option("--no-video", help="Make no film.")] = False,
     no_figures: Annotated[bool, typer.Option("--no-figures", help="Draw no figure.")] = False,
+    pdf: Pdf = False,
     no_report: Annotated[bool, typer.Option("--no-report", help="Write no report.")] = False,
     force: Annotated[bool, typer.Option("--force", help="Write into a results folder that exists.")] = False,
 ) -> None:
@@ -67,7 +68,7 @@ def compare(
     loaded, wanted = load_laws(lambda: load_scenario(scenario, overrides), laws, _read)
     from nhtrack.study.compare import compare as study
 
-    made = {"figures": not no_figures, "video": not no_video, "report": not no_report}
+    made = {"figures": not no_figures, "pdf": pdf, "video": not no_video, "report": not no_report}
     with progress_bars() as stage:
         found = study(loaded, wanted, out, search=search, overwrite=force, **made, processes=cores(), stage=stage)
     _print_comparison(found, Console())

@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 
 from nhtrack.cli.app import app
-from nhtrack.cli.results import Backend
+from nhtrack.cli.results import Backend, Pdf
 from nhtrack.cli.screen import progress_bars
 
 
@@ -30,7 +30,7 @@ def paper(
             help="Redraw what is recorded there; run nothing.",
         ),
     ] = None,
-    no_pdf: Annotated[bool, typer.Option("--no-pdf", help="Write figures as PNG only.")] = False,
+    pdf: Pdf = False,
     no_report: Annotated[bool, typer.Option("--no-report", help="Write no report.")] = False,
     force: Annotated[bool, typer.Option("--force", help="Write into a results folder that exists.")] = False,
 ) -> None:
@@ -51,7 +51,7 @@ def paper(
             folder,
             source=source,
             backend=backend.value,
-            pdf=not no_pdf,
+            pdf=pdf,
             report=not no_report,
             overwrite=force,
             stage=stage,

@@ -42,6 +42,9 @@ class Quality(StrEnum):
     high = "high"
 
 
+Pdf = Annotated[bool, typer.Option("--pdf", help="Draw figures for print: PDF, and PNG of more pixels.")]
+
+
 @app.command()
 def run(
     scenario: Annotated[
@@ -55,6 +58,7 @@ def run(
     ] = None,
     no_video: Annotated[bool, typer.Option("--no-video", help="Make no film.")] = False,
     no_figures: Annotated[bool, typer.Option("--no-figures", help="Draw no figures.")] = False,
+    pdf: Pdf = False,
     no_report: Annotated[bool, typer.Option("--no-report", help="Write no report.")] = False,
     force: Annotated[bool, typer.Option("--force", help="Write into a results folder that exists.")] = False,
 ) -> None:
@@ -65,7 +69,7 @@ def run(
     loaded = load_scenario(scenario, overrides)
     from nhtrack.study.run import run_scenario
 
-    made = {"figures": not no_figures, "video": not no_video, "report": not no_report}
+    made = {"figures": not no_figures, "pdf": pdf, "video": not no_video, "report": not no_report}
     with progress_bars() as stage:
         outcome = run_scenario(loaded, out, overwrite=force, **made, processes=cores(), stage=stage)
     print_outcome(outcome, Console())

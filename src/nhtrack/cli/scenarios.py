@@ -90,7 +90,7 @@ def init(
 
 def _write(path: Path, text: str) -> None:
     """Writes a text file that appears under its name only once it is whole."""
-    from nhtrack.recording import atomic_path
+    from nhtrack.files import atomic_path
 
     with atomic_path(path) as temporary:
         temporary.write_text(text, encoding="utf-8")

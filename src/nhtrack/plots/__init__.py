@@ -31,8 +31,13 @@ FIGURES: dict[str, Callable[[Recording], Figure | None]] = {
 
 
 @column_styled
-def save_figures(recording: Recording, folder: Path) -> list[Path]:
-    """Writes every figure that says something as PNG (600 dpi) and PDF; each file appears only once it is whole.
+def save_figures(recording: Recording, folder: Path, *, pdf: bool = False) -> list[Path]:
+    """Writes every figure that says something; each file appears only once it is whole.
+
+    Args:
+        recording: the run.
+        folder: where to write.
+        pdf: whether to write for print, see `nhtrack.plots.files.save_figure`.
 
     Returns:
         The files, in the order of `FIGURES`, PNG before PDF; without those that have nothing to say of the run, as
@@ -42,5 +47,5 @@ def save_figures(recording: Recording, folder: Path) -> list[Path]:
     for name, draw in FIGURES.items():
         figure = draw(recording)
         if figure is not None:
-            written += save_figure(figure, folder / name, title=f"{recording.name}: {name}")
+            written += save_figure(figure, folder / name, pdf=pdf, title=f"{recording.name}: {name}")
     return written

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import LogLocator, NullFormatter
+from matplotlib.ticker import LogLocator, MaxNLocator, NullLocator
 
 from nhtrack.metrics import heading_error, position_error
 from nhtrack.plots.footprint import (
@@ -22,7 +22,19 @@ from nhtrack.plots.footprint import (
     scale_note,
 )
 from nhtrack.plots.ground import draw_ground, ground_of
-from nhtrack.plots.names import Path, name_ends, name_paths
+from nhtrack.plots.margins import (
+    EDGE,
+    Box,
+    Decades,
+    Numbers,
+    axis_room,
+    label_room,
+    number_width,
+    place_labels,
+    place_panel,
+    title_room,
+)
+from nhtrack.plots.names import Path, ends_room, name_ends, name_paths
 from nhtrack.plots.paths import frame_panel
 from nhtrack.plots.style import COLUMN, CROWD, column_styled, panel_title, time_axes, write_note
 from nhtrack.recording import Recording
@@ -36,7 +48,7 @@ _DECADES = 6  # log axes show at most this many: below is rounding, not tracking
 _LAST = 0.03  # share of a run at whose end its name stands
 _NOTHING = 1e-300  # stands for an error of zero, which a logarithm has no place for
 _DART = 8.0  # [pt] length of a robot that is too small to be drawn to scale
-_FLOOR, _PANEL, _REST = 2.9, 1.15, 0.75  # [in] the floor's width, a panel's height, and what axes and notes take up
+_PANEL, _GAP, _RIGHT = 0.94, 0.08, 0.10  # [in] a panel's height, between panels, and right of the floor
 
 
 class _Shown(NamedTuple):
@@ -74,27 +86,50 @@ def overlay(runs: Mapping[str, Recording], room: Room) -> Figure:
     root = _path(longest, room)[:, :1]
     everything = np.concatenate([root.reshape(-1, 3), *(each.path.reshape(-1, 3) for each in shown)])[:, None]
     shape = _shape(everything)
-    floor_height = _FLOOR * shape
-    figure = Figure(figsize=(COLUMN, floor_height + 2 * _PANEL + _REST))
-    floor, *panels = figure.subplots(3, 1, height_ratios=(floor_height, _PANEL, _PANEL))
+    figure = Figure(figsize=(COLUMN, 1.0))
+    floor, *panels = figure.subplots(3, 1)
     frame_panel(floor, everything, shape)
-    patches = draw_ground(floor, ground_of(longest))
-    _draw_lines(floor, shown, root)
     time_axes(np.array(panels)[:, None], longest)
     curves = _draw_errors(panels, shown, len(longest.robots) - 1)
     footprint = footprint_of(longest)
-    write_note(figure, longest, "Hollow: start.", *([scale_note(footprint)] if footprint is not None else []))
+    below = write_note(figure, longest, "Hollow: start.", *([scale_note(footprint)] if footprint is not None else []))
     panels[0].tick_params(labelbottom=False)
-    figure.align_ylabels(panels)
-    figure.draw_without_rendering()  # the size of robots, and where names stand, depends on the layout
+    _label_floor(floor)
+    _place(figure, shape, [each.label + _ending(each) for each in shown], below)
+    patches = draw_ground(floor, ground_of(longest))
+    _draw_lines(floor, shown, root)
     _draw_robots(floor, shown, root, footprint)
     _name_errors(panels, shown, curves)
-    figure.draw_without_rendering()  # those names have moved the panels
     paths = {longest.robots[0]: Path(root[..., :2], ROOT)}
     paths |= {each.label: Path(each.path[..., :2], each.colour) for each in shown}
     robots = np.concatenate([root[0], shown[0].path[0], *(_last(each.path) for each in shown)])
     name_paths(floor, paths | patches, [dart_outlines(floor, robots, _DART)])
     return figure
+
+
+def _place(figure: Figure, shape: float, names: list[str], below: float) -> None:
+    """Puts floor and panels where they belong; the figure becomes as high as they ask for.
+
+    Args:
+        figure: of the floor and two panels, with limits and numbers as they stay.
+        shape: height of the floor over its width.
+        names: of the curves in the panels.
+        below: height below the panels and their axis [in].
+    """
+    numbers = max(number_width(axes.yaxis) for axes in figure.axes)
+    left = EDGE + label_room(numbers)
+    widths = [COLUMN - left - right for right in (_RIGHT, *2 * [ends_room(names, COLUMN - left)])]
+    heights = [widths[0] * shape, _PANEL, _PANEL]
+    feet = [axis_room() + _GAP, _GAP, axis_room() + below]
+    top = EDGE + sum(heights) + sum(feet) + 3 * title_room()
+    figure.set_figheight(top)
+    top -= EDGE
+    for axes, width, height, foot in zip(figure.axes, widths, heights, feet, strict=True):
+        top -= title_room() + height
+        box = Box(left, top, width, height)
+        place_panel(axes, box)
+        place_labels(axes, box, numbers)
+        top -= foot
 
 
 def _path(run: Recording, room: Room) -> np.ndarray:
@@ -115,15 +150,20 @@ def _shape(pose: np.ndarray) -> float:
 # The floor ------------------------------------------------------------------------------------------------------------
 
 
+def _label_floor(axes: Axes) -> None:
+    panel_title(axes, "a", "paths")
+    axes.set(xlabel="x [m]", ylabel="y [m]")
+    for axis in (axes.xaxis, axes.yaxis):
+        axis.set_major_locator(MaxNLocator(6, steps=[1, 2, 5, 10]))
+        axis.set_major_formatter(Numbers())
+
+
 def _draw_lines(axes: Axes, shown: list[_Shown], root: np.ndarray) -> None:
     """Draws paths, those of laws in turn thinner, so that none hides another."""
     axes.plot(*root[:, 0, :2].T, color=ROOT, linewidth=1.8, zorder=1.8)
     for width, each in zip(np.linspace(1.4, 0.8, len(shown)), shown, strict=True):
         line: dict[str, Any] = {"linewidth": 0.4, "alpha": 0.7} if _is_crowded(each) else {"linewidth": width}
         axes.plot(*np.moveaxis(each.path[..., :2], -1, 0), color=each.colour, zorder=2.0, **line)
-    panel_title(axes, "a", "paths")
-    axes.set_xlabel("$x$ [m]")
-    axes.set_ylabel("$y$ [m]")
 
 
 def _draw_robots(axes: Axes, shown: list[_Shown], root: np.ndarray, footprint: Footprint | None) -> None:
@@ -171,7 +211,8 @@ def _draw_errors(panels: list[Axes], shown: list[_Shown], count: int) -> list[li
             axes.plot(each.run.time, np.where(curve > 0, np.minimum(curve, 10 * high), np.nan), color=each.colour)
         axes.set_yscale("log")
         axes.yaxis.set_major_locator(LogLocator(numticks=5))
-        axes.yaxis.set_minor_formatter(NullFormatter())
+        axes.yaxis.set_major_formatter(Decades())
+        axes.yaxis.set_minor_locator(NullLocator())
         axes.set_ylim(low, high)
         axes.set_ylabel(f"{name.split()[0]} [{unit}]")
         panel_title(axes, letter, f"{name}{whose}")

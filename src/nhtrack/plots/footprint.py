@@ -87,11 +87,12 @@ def draw_footprint(
     body = footprint.half_separation * _BODY
     look: dict[str, Any] = {"closed": True, "edgecolor": colour, "linewidth": 0.6}
     face: dict[str, Any] = {"facecolor": "none"} if hollow else {"facecolor": (colour, 0.65)}
-    axes.add_patch(Polygon(se2.act(pose[None, :], body), zorder=zorder, **look, **face))
+    axes.add_artist(Polygon(se2.act(pose[None, :], body), zorder=zorder, **look, **face))
     for side in (1.0, -1.0):
         wheel = _SQUARE * [radius, width / 2] + [0.0, side * footprint.half_separation]
         tyre: dict[str, Any] = {"facecolor": "white" if hollow else INK, "edgecolor": colour if hollow else INK}
-        axes.add_patch(Polygon(se2.act(pose[None, :], wheel), closed=True, linewidth=0.4, zorder=zorder + 0.05, **tyre))
+        tyre |= {"linewidth": 0.4, "zorder": zorder + 0.05}
+        axes.add_artist(Polygon(se2.act(pose[None, :], wheel), closed=True, **tyre))
 
 
 def dart_outlines(axes: Axes, poses: np.ndarray, points: float) -> np.ndarray:
@@ -103,7 +104,7 @@ def draw_dart(axes: Axes, pose: np.ndarray, length: float, **look: Any) -> None:
     """Draws a robot as a dart of a length in the axes' unit; a pose (3,) that is not finite is not drawn."""
     corners = se2.act(pose[None, :], length * DART)
     if np.isfinite(corners).all():
-        axes.add_patch(Polygon(corners, closed=True, **look))
+        axes.add_artist(Polygon(corners, closed=True, **look))  # add_patch would look at limits, which stay
 
 
 def scale_note(footprint: Footprint) -> str:

@@ -102,7 +102,6 @@ def communication(recording: Recording) -> Figure:
     high = everything.max(axis=0) + _MARGIN
     height = float(high[1] - low[1])
     figure = Figure(figsize=(COLUMN, height))
-    figure.set_layout_engine("none")
     figure.set_figheight(height + run_title(figure, recording))
     axes = figure.add_axes((0.0, 0.0, 1.0, height / figure.get_figheight()))  # a unit is an inch
     middle = (low[0] + high[0]) / 2

@@ -3,19 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
 from matplotlib.patheffects import withStroke
 
+from nhtrack.plots.margins import EDGE, shortened, text_width
 from nhtrack.plots.style import plain
 
-__all__ = ["Path", "name_ends", "name_paths", "spread"]
+__all__ = ["Path", "ends_room", "name_ends", "name_paths", "spread"]
 
 _WIDE, _HIGH = 0.62, 1.25  # width of a letter on average, and height of a line, over the size of letters
 _BESIDE = 5.0  # [pt] from a path to its name
+_END, _TICK = 1.022, (1.003, 1.018)  # where a name begins beside a panel and the line to it runs, over its width
+_LONGEST = 1.8  # [in] of names beside a panel; longer ones are cut
 # Where a name may be, seen from its path: to the right or left, above or below, near or a line or two further off.
 _SIDES = np.array([[x, y] for y in (1.0, -1.0, 3.0, -3.0) for x in (1.0, -1.0)])
 _APART = 30.0  # [pt] of distance that it is worth to be near
@@ -111,6 +115,17 @@ def _touches(boxes: np.ndarray, other: np.ndarray) -> np.ndarray:
     return np.asarray(((boxes[..., 0] < other[:, 1]) & (other[:, 0] < boxes[..., 1])).all(axis=-1))
 
 
+def ends_room(names: Sequence[str], width: float) -> float:
+    """Returns the room that names beside a panel need [in].
+
+    Args:
+        names: of all curves.
+        width: of the panel and this room together [in].
+    """
+    longest = max((text_width(name, _size()) for name in names), default=0.0)
+    return width - (width - min(longest, _LONGEST) - EDGE) / _END
+
+
 def name_ends(axes: Axes, names: Sequence[str], colours: Sequence[str], ends: np.ndarray) -> None:
     """Writes names beside a panel, as high as their curves end, but not upon each other.
 
@@ -125,8 +140,9 @@ def name_ends(axes: Axes, names: Sequence[str], colours: Sequence[str], ends: np
     size = _size()
     step = _HIGH * size * _dots(axes) / axes.get_window_extent().height
     for name, colour, start, place in zip(names, colours, starts, spread(starts, step), strict=True):
-        axes.plot((1.003, 1.018), (start, place), lw=0.8, transform=axes.transAxes, clip_on=False, color=colour)
-        axes.text(1.022, place, plain(name), va="center", fontsize=size, transform=axes.transAxes, color=colour)
+        look: dict[str, Any] = {"transform": axes.transAxes, "color": colour}
+        axes.add_artist(Line2D(_TICK, (start, place), linewidth=0.8, clip_on=False, **look))
+        axes.text(_END, place, plain(shortened(name, size, _LONGEST)), va="center", fontsize=size, **look)
 
 
 def _size() -> float:

@@ -32,7 +32,6 @@ __all__ = [
     "tracks",
 ]
 
-DPI = 150
 START = "#F0E442"  # the paper marks the start that two runs share in yellow
 
 _IDEAL: dict[str, Any] = {"linewidth": 5.0, "alpha": 0.28, "solid_capstyle": "butt", "zorder": 1.6}

@@ -28,6 +28,18 @@ from nhtrack.plots.footprint import (
     scale_note,
 )
 from nhtrack.plots.ground import draw_ground, ground_of
+from nhtrack.plots.margins import (
+    EDGE,
+    Box,
+    Numbers,
+    axis_room,
+    label_room,
+    number_room,
+    number_width,
+    place_labels,
+    place_panel,
+    title_room,
+)
 from nhtrack.plots.names import Path, name_paths
 from nhtrack.plots.style import COLUMN, CROWD, INK, column_styled, panel_title, run_title, write_note
 from nhtrack.recording import Recording
@@ -37,6 +49,7 @@ __all__ = ["DART", "draw_glyphs", "frame_panel", "trajectories"]
 
 _GLYPH_SHARE = 0.055  # a robot's length as a share of the panel's larger side
 _DART = 8.0  # [pt] length of a robot that is too small to be drawn to scale
+_GAP, _RIGHT = 0.08, 0.10  # [in] between panels, and right of them: half a number of their horizontal axes
 _TWIN: dict[str, Any] = {"color": INK, "linewidth": 0.5, "dashes": (4, 5), "zorder": 2.5}
 
 
@@ -58,23 +71,48 @@ def trajectories(recording: Recording, fractions: Sequence[float] = (0.15, 0.25,
     twin, shape, ground = _twin(recording), _shape([pose[:last] for last in lasts]), ground_of(recording)
     footprint = footprint_of(recording)
     margin = 0.0 if footprint is None else footprint.half_separation
-    figure = Figure(figsize=(COLUMN, ((COLUMN / columns - 0.35) * shape + 0.32) * rows + 0.35))
+    figure = Figure(figsize=(COLUMN, 1.0))
     panels = figure.subplots(rows, columns, squeeze=False)
     for k, (axes, fraction, last) in enumerate(zip(panels.flat, fractions, lasts, strict=False)):
         frame_panel(axes, pose[:last], shape, margin)
-        patches = draw_ground(axes, ground)
-        _draw_paths(axes, pose[:last], None if twin is None else twin[:last])
-        panel_title(axes, "abcdefghijklmnop"[k % 16], f"$t$ = {recording.time[last - 1]:.4g} s  ({fraction:.0%})")
+        panel_title(axes, "abcdefghijklmnop"[k % 16], f"t = {recording.time[last - 1]:.4g} s  ({fraction:.0%})")
     for axes in panels.flat[len(fractions) :]:
         axes.remove()
     _label_lengths(panels)
-    run_title(figure, recording)
-    _write_notes(figure, recording, twin)
-    figure.draw_without_rendering()  # how large robots are, and where names stand, depends on the layout
+    _place(figure, panels, shape, run_title(figure, recording) or EDGE, _write_notes(figure, recording, twin))
     for axes, last in zip(panels.flat, lasts, strict=False):
+        patches = draw_ground(axes, ground)
+        _draw_paths(axes, pose[:last], None if twin is None else twin[:last])
         _draw_robots(axes, pose[:last], footprint)
     _write_names(panels.flat[len(fractions) - 1], recording, patches)
     return figure
+
+
+def _place(figure: Figure, panels: np.ndarray, shape: float, above: float, below: float) -> None:
+    """Puts panels of one shape where they belong; the figure becomes as high as they ask for.
+
+    Args:
+        figure: of the panels.
+        panels: with limits and numbers as they stay, shape (rows, columns).
+        shape: height of a panel over its width.
+        above: height above the panels [in].
+        below: height below the panels and their axes [in].
+    """
+    rows, columns = panels.shape
+    numbers = [max(number_width(axes.yaxis) for axes in column) for column in panels.T]
+    # Every panel of a column has room for the numbers of the others; only the first has a label.
+    beside = [EDGE + label_room(numbers[0]), *(_GAP + number_room(width) for width in numbers[1:])]
+    width = (COLUMN - sum(beside) - _RIGHT) / columns
+    row_height = title_room() + width * shape + axis_room(labelled=False)
+    label = axis_room() - axis_room(labelled=False)
+    height = above + rows * row_height + (rows - 1) * _GAP + label + below
+    figure.set_figheight(height)
+    for (row, column), axes in np.ndenumerate(panels):
+        left = sum(beside[: column + 1]) + column * width
+        top = height - above - row * (row_height + _GAP) - title_room()
+        box = Box(left, top - width * shape, width, width * shape)
+        place_panel(axes, box)
+        place_labels(axes, box, numbers[column])
 
 
 def _rows(recording: Recording, fraction: float) -> int:
@@ -121,10 +159,11 @@ def _label_lengths(panels: np.ndarray) -> None:
     for axes in panels.flat:
         for axis in (axes.xaxis, axes.yaxis):
             axis.set_major_locator(MaxNLocator(4, steps=[1, 2, 5, 10]))
+            axis.set_major_formatter(Numbers())
     for axes in panels[:, 0]:
-        axes.set_ylabel("$y$ [m]")
+        axes.set_ylabel("y [m]")
     for axes in panels[-1]:
-        axes.set_xlabel("$x$ [m]")
+        axes.set_xlabel("x [m]")
 
 
 def _draw_paths(axes: Axes, pose: np.ndarray, twin: np.ndarray | None) -> None:
@@ -179,10 +218,10 @@ def _write_names(axes: Axes, recording: Recording, patches: Mapping[str, Path]) 
     name_paths(axes, paths | dict(patches), [outlines, shown[:, 1:]] if crowded else [outlines])
 
 
-def _write_notes(figure: Figure, recording: Recording, twin: np.ndarray | None) -> None:
-    """Says what lines and robots mean."""
+def _write_notes(figure: Figure, recording: Recording, twin: np.ndarray | None) -> float:
+    """Says what lines and robots mean; returns the height that this takes up [in]."""
     notes = ["Hollow: start."] + (["Dashed: ideal twin."] if twin is not None else [])
     footprint = footprint_of(recording)
     if footprint is not None:
         notes.append(scale_note(footprint))
-    write_note(figure, recording, *notes)
+    return write_note(figure, recording, *notes)

@@ -98,7 +98,7 @@ def inputs(recording: Recording) -> Figure:
     """Returns commanded accelerations u_x [m/s^2], u_theta [rad/s^2] and wheel torques [N m] with their limit."""
     u, places = recording["input"].values, range(len(recording.robots))
     torque = recording["wheel_torque"].values if "wheel_torque" in recording.dataset else None
-    panels = [("forward acceleration", "$u_x$ [m/s²]"), ("turning acceleration", r"$u_\theta$ [rad/s²]")]
+    panels = [("forward acceleration", "input [m/s²]"), ("turning acceleration", "input [rad/s²]")]
     limit = float(recording.dataset.attrs.get("torque_limit", np.nan))
     factor, prefix = si_prefix(np.array([limit]) if torque is None else torque)
     if torque is not None:

@@ -13,9 +13,21 @@ from typing import Any, NamedTuple
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter
+from matplotlib.ticker import LogLocator, MaxNLocator, NullLocator
 
-from nhtrack.plots.names import name_ends
+from nhtrack.plots.margins import (
+    EDGE,
+    Box,
+    Decades,
+    Numbers,
+    axis_room,
+    label_room,
+    number_width,
+    place_labels,
+    place_panel,
+    title_room,
+)
+from nhtrack.plots.names import ends_room, name_ends
 from nhtrack.plots.style import BAND_COLOUR, COLUMN, CROWD, INK, panel_title, run_title, time_axes, write_note
 from nhtrack.recording import Recording
 from nhtrack.simulation.palette import robot_colour
@@ -25,8 +37,9 @@ __all__ = ["DASHED", "LIMIT", "Sheet", "si_prefix"]
 DASHED: dict[str, Any] = {"linestyle": (0, (3, 1.5))}
 LIMIT: dict[str, Any] = {"color": INK, "linewidth": 0.7, "linestyle": (0, (6, 3)), "zorder": 2}
 
-_PANEL = 1.05  # [in] height of a panel with its title
-_REST = 0.42  # [in] of a figure's height for its time axis and its note
+_PANEL = 0.84  # [in] height of a panel
+_GAP = 0.08  # [in] between a panel and the title of the next
+_LEFT, _RIGHT = 0.4, 0.5  # [in] beside the panels until it is known what is written there
 _DECADES = 6  # log axes show at most this many: below is rounding, not tracking
 _EXTREME: dict[str, Any] = {"linewidth": 0.6}
 
@@ -54,7 +67,7 @@ class Sheet:
             recording: the run.
             panels: title and label of the axis, with its unit, of every panel.
         """
-        self.figure = Figure(figsize=(COLUMN, _PANEL * len(panels) + _REST))
+        self.figure = Figure(figsize=(COLUMN, 1.0))
         self.panels: list[Axes] = list(self.figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0])
         self._recording = recording
         self._ends: list[list[_End]] = [[] for _ in panels]
@@ -62,6 +75,19 @@ class Sheet:
             panel_title(axes, "abcdefgh"[k], title)
             axes.set_ylabel(label)
             axes.yaxis.set_major_locator(MaxNLocator(4, steps=[1, 2, 2.5, 5, 10]))
+            axes.yaxis.set_major_formatter(Numbers())
+        self._place(_LEFT, _RIGHT, 0.0, 0.0)  # marks of events need to know how high panels are
+
+    def _place(self, left: float, right: float, above: float, below: float) -> list[Box]:
+        """Puts the panels where they belong, some inches from the figure's edges; returns where that is."""
+        title, rows = title_room(), len(self.panels)
+        height = above + rows * (title + _PANEL) + (rows - 1) * _GAP + below
+        self.figure.set_figheight(height)
+        bottoms = [height - above - row * _GAP - (row + 1) * (title + _PANEL) for row in range(rows)]
+        boxes = [Box(left, bottom, COLUMN - left - right, _PANEL) for bottom in bottoms]
+        for axes, box in zip(self.panels, boxes, strict=True):
+            place_panel(axes, box)
+        return boxes
 
     def draw(
         self,
@@ -116,7 +142,8 @@ class Sheet:
         """Makes a panel's axis logarithmic, over the whole decades of its curves but what is next to nothing."""
         axes = self.panels[row]
         axes.set_yscale("log")
-        axes.yaxis.set_minor_formatter(NullFormatter())
+        axes.yaxis.set_minor_locator(NullLocator())
+        axes.yaxis.set_major_formatter(Decades())
         curves = [np.asarray(line.get_ydata(), dtype=float) for line in axes.lines]
         drawn = np.concatenate([np.empty(0), *curves])
         known = drawn[np.isfinite(drawn) & (drawn > 0)]
@@ -129,12 +156,15 @@ class Sheet:
     def finished(self, *notes: str) -> Figure:
         """Returns the figure with its time axis, its names and a note of sentences below."""
         time_axes(np.array(self.panels)[:, None], self._recording)
-        run_title(self.figure, self._recording)
         followers = len(self._recording.robots) - 1
         crowd = [f"Of the {followers} followers: median and extremes at every instant."] if followers > CROWD else []
-        write_note(self.figure, self._recording, *notes, *crowd)
-        self.figure.align_ylabels()
-        self.figure.draw_without_rendering()  # names need to know how high the panels are
+        above = run_title(self.figure, self._recording) or EDGE
+        below = write_note(self.figure, self._recording, *notes, *crowd) + axis_room()
+        numbers = max(number_width(axes.yaxis) for axes in self.panels)
+        left = EDGE + label_room(numbers)
+        right = ends_room([end.name for ends in self._ends for end in ends], COLUMN - left)
+        for axes, box in zip(self.panels, self._place(left, right, above, below), strict=True):
+            place_labels(axes, box, numbers)
         for axes, ends in zip(self.panels, self._ends, strict=True):
             if ends:
                 names, colours, values = zip(*ends, strict=True)

@@ -5,7 +5,8 @@ a paper as they are. Names stand beside curves, not in legends, and what else th
 has no title, which a paper says in its caption, unless its run did not complete; the file's metadata name the run.
 
 Figures are made without pyplot: nothing registers a window, and the style holds only while a figure is being
-drawn.
+drawn. Those one column wide have neither a layout engine nor formulas, which cost more than all the rest: margins are
+reckoned (`nhtrack.plots.margins`), and what is written is plain letters.
 """
 
 from __future__ import annotations
@@ -19,7 +20,9 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.transforms import ScaledTranslation, Transform
 
+from nhtrack.plots.margins import EDGE, line_height
 from nhtrack.recording import Recording
 
 __all__ = [
@@ -80,6 +83,8 @@ COLUMN_STYLE: Any = STYLE | {
     "font.size": 7.0,
     "axes.titlesize": 7.0,
     "axes.titlepad": 3.0,
+    "axes.titley": 1.0,
+    "axes.formatter.use_mathtext": False,
     "axes.labelsize": 7.0,
     "axes.labelpad": 2.0,
     "axes.linewidth": 0.6,
@@ -96,8 +101,7 @@ COLUMN_STYLE: Any = STYLE | {
     "ytick.major.pad": 2.0,
     "lines.linewidth": 1.0,
     "legend.fontsize": 6.5,
-    "figure.constrained_layout.h_pad": 0.03,
-    "figure.constrained_layout.w_pad": 0.02,
+    "figure.constrained_layout.use": False,
     "path.simplify_threshold": 0.1,
 }
 
@@ -105,6 +109,7 @@ _NOTE = 6.0  # [pt] of letters of a note
 _NOTE_LETTERS = 22.0  # of a note in an inch
 _TITLE = 7.5  # [pt] of letters of a title
 _TITLE_LETTERS = 15.0  # of a title in an inch
+_AIR = 0.05  # [in] between title or note and panels
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -156,28 +161,41 @@ def run_title(figure: Figure, recording: Recording) -> float:
     """Says above a figure one column wide why its run ended, if it did not complete.
 
     Returns:
-        The height that this takes up [in].
+        The height that this takes up at the figure's upper edge [in].
     """
     if recording.outcome == "completed":
         return 0.0
     lines = textwrap.wrap(f"{recording.name}: {recording.outcome}", int(_TITLE_LETTERS * COLUMN))
-    text = plain("\n".join(lines))
-    figure.suptitle(text, x=0.01, ha="left", fontsize=_TITLE, fontweight="bold", color=INK)
-    return 0.08 + 1.2 * _TITLE / 72 * len(lines)
+    look: dict[str, Any] = {"ha": "left", "va": "top", "fontsize": _TITLE, "fontweight": "bold", "color": INK}
+    figure.suptitle(plain("\n".join(lines)), x=0.01, y=1.0, transform=_inset(figure, -EDGE), **look)
+    return EDGE + line_height(_TITLE) * len(lines) + _AIR
 
 
-def write_note(figure: Figure, recording: Recording, *sentences: str) -> None:
-    """Writes sentences below a figure, and what a metre and a second of the scenario are where they are others."""
+def write_note(figure: Figure, recording: Recording, *sentences: str) -> float:
+    """Writes sentences below a figure, and what a metre and a second of the scenario are where they are others.
+
+    Returns:
+        The height that this takes up at the figure's lower edge [in].
+    """
     length, time = recording.length_scale, recording.time_scale
-    units = [f"1 m is {_metres(length)}"] if length != 1.0 else []
-    units += [f"1 s is {time:.4g} s"] if time != 1.0 else []
+    units = [f"1\N{NO-BREAK SPACE}m is {_metres(length)}"] if length != 1.0 else []
+    units += [f"1\N{NO-BREAK SPACE}s is {time:.4g}\N{NO-BREAK SPACE}s"] if time != 1.0 else []
     scale = [f"The scenario's {' and its '.join(units)} here."] if units else []
     said = [*sentences, *scale]
-    if said:
-        text = textwrap.fill(" ".join(said), int(_NOTE_LETTERS * figure.get_figwidth()))
-        figure.supxlabel(text, x=0.01, ha="left", fontsize=_NOTE, color="#444444")
+    if not said:
+        return EDGE
+    lines = textwrap.wrap(" ".join(said), int(_NOTE_LETTERS * figure.get_figwidth()))
+    look: dict[str, Any] = {"ha": "left", "va": "bottom", "fontsize": _NOTE, "color": "#444444"}
+    figure.supxlabel("\n".join(lines), x=0.01, y=0.0, transform=_inset(figure, EDGE), **look)
+    return EDGE + line_height(_NOTE) * len(lines) + _AIR
+
+
+def _inset(figure: Figure, up: float) -> Transform:
+    """Returns the figure's coordinates some inches further up, whatever its height becomes."""
+    return figure.transFigure + ScaledTranslation(0.0, up, figure.dpi_scale_trans)
 
 
 def _metres(length: float) -> str:
     """Returns a length [m] in words."""
-    return f"{1e3 * length:.4g} mm" if length < 1.0 else f"{length:.4g} m"
+    value, unit = (1e3 * length, "mm") if length < 1.0 else (length, "m")
+    return f"{value:.4g}\N{NO-BREAK SPACE}{unit}"

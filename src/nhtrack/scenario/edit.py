@@ -17,7 +17,7 @@ from ruamel.yaml import YAML
 from ruamel.yaml.nodes import MappingNode, Node, ScalarNode
 
 from nhtrack.errors import NhtrackError
-from nhtrack.recording import atomic_path
+from nhtrack.files import atomic_path
 from nhtrack.scenario.load import load_text
 from nhtrack.scenario.schema import Scenario
 

@@ -10,7 +10,8 @@ from pathlib import Path
 from nhtrack.errors import FeasibilityError
 from nhtrack.scenario.build import make_limits
 from nhtrack.scenario.documentation import json_schema
-from nhtrack.scenario.schema import Law, Scenario
+from nhtrack.scenario.law_sections import Law
+from nhtrack.scenario.schema import Scenario
 from nhtrack.study.comparison import Comparison, Search, room_of
 from nhtrack.study.feasibility import fitting_time
 from nhtrack.study.folder import COMPARISON, claimed_folder, clear, save_json
@@ -28,6 +29,7 @@ def compare(
     search: Search | None = None,
     overwrite: bool = False,
     figures: bool = True,
+    pdf: bool = False,
     video: bool = True,
     report: bool = True,
     processes: int = 1,
@@ -46,6 +48,7 @@ def compare(
         search: how to search gains; None takes them as they are.
         overwrite: allow a folder that has files in it.
         figures: whether to draw the figure.
+        pdf: whether to draw it for print, see `nhtrack.plots.files.save_figure`.
         video: whether to make the film.
         report: whether to write the report.
         processes: how many draw the film, see `nhtrack.video.render`.
@@ -64,7 +67,7 @@ def compare(
         timed = _under(next(iter(entrants.values())), scenario.law)
         found = _run_all(Comparison(timed, entrants, {}, search, tunings, (*told, *more), folder), stage)
     if figures:
-        found = _drawn(found)
+        found = _drawn(found, pdf=pdf)
     if video and found.completed and not found.interrupted:
         found = _filmed(found, stage, processes)
     return _reported(found) if report else found
@@ -151,14 +154,14 @@ def _run_all(planned: Comparison, stage: Stage | None) -> Comparison:
     return replace(found, files=(*found.files, folder / COMPARISON))
 
 
-def _drawn(found: Comparison) -> Comparison:
+def _drawn(found: Comparison, *, pdf: bool) -> Comparison:
     """Returns a comparison with its figure, or with the reason why there is none."""
     from nhtrack.plots.compare import overlay
     from nhtrack.plots.files import save_figure
 
     try:
         figure = overlay(found.recordings, room_of(list(found.recordings.values())))
-        drawn = save_figure(figure, found.folder / "figures" / "overlay")
+        drawn = save_figure(figure, found.folder / "figures" / "overlay", pdf=pdf)
     except (ValueError, OverflowError) as error:
         return replace(found, skipped=(*found.skipped, f"no figure: {error}"))
     return replace(found, files=(*found.files, *drawn))

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from nhtrack.errors import NhtrackError
-from nhtrack.recording import atomic_path
+from nhtrack.files import atomic_path
 
 COMPARISON = "comparison.json"  # says which laws have folders of their own beside it
 _RUN = ("recording.nc", "summary.json")

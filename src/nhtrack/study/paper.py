@@ -8,13 +8,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
 from nhtrack.errors import RecordingError
-from nhtrack.recording import Recording, atomic_path
+from nhtrack.files import atomic_path
+from nhtrack.recording import Recording
 from nhtrack.scenario.load import load
 from nhtrack.study.paper_examples import EXAMPLES, Example, ExampleError, PaperFigure, Runs, examples_of
 from nhtrack.study.run import OutputError, Stage, simulate
 
 if TYPE_CHECKING:
-    from nhtrack.rollout import Progress
+    from nhtrack.experiment.loop import Progress
 
 __all__ = ["EXAMPLES", "Example", "ExampleError", "ExampleRuns", "PaperFigure", "examples_of", "reproduce"]
 
@@ -49,7 +50,7 @@ def reproduce(
     *,
     source: Path | None = None,
     backend: Backend = "mujoco",
-    pdf: bool = True,
+    pdf: bool = False,
     report: bool = True,
     overwrite: bool = False,
     stage: Stage | None = None,
@@ -64,7 +65,7 @@ def reproduce(
         out: the folder; figures lie in its `paper/`, recordings in its `recordings/`.
         source: a folder that an earlier call wrote; its recordings are drawn, and nothing is run.
         backend: `ideal` leaves MuJoCo out.
-        pdf: whether every figure is written as PDF too.
+        pdf: whether to draw for print, see `nhtrack.plots.files.save_figure`.
         report: whether to write the report.
         overwrite: allow a folder that has files in it.
         stage: see `nhtrack.study.run.simulate`.
@@ -122,12 +123,11 @@ def _completed(file: Path) -> Recording:
 
 def _draw(done: Sequence[ExampleRuns], folder: Path, pdf: bool, progress: Progress | None) -> list[Path]:
     from nhtrack.plots.files import save_figure
-    from nhtrack.plots.paper import DPI
 
     wanted = [(figure, runs.shown) for runs in done for figure in runs.example.figures]
     written: list[Path] = []
     for i, (figure, runs) in enumerate(wanted):
-        written += save_figure(figure.draw(runs), folder / figure.name, (".png", ".pdf") if pdf else (".png",), DPI)
+        written += save_figure(figure.draw(runs), folder / figure.name, pdf=pdf)
         if progress is not None:
             progress(i + 1, len(wanted))
     return written

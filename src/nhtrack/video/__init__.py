@@ -10,7 +10,8 @@ import numpy as np
 
 from nhtrack import gl
 from nhtrack.errors import RecordingError, RenderError
-from nhtrack.recording import Recording, atomic_path
+from nhtrack.files import atomic_path
+from nhtrack.recording import Recording
 from nhtrack.video.camera import CAMERAS
 from nhtrack.video.crew import Pictures, painted
 from nhtrack.video.encode import FORMATS, Encoder, find_encoder, write_film

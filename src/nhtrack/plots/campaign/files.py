@@ -17,8 +17,10 @@ from nhtrack.plots.style import styled
 
 
 @styled
-def save_campaign_figures(starts: pd.DataFrame, cells: pd.DataFrame, folder: Path) -> list[Path]:
-    """Writes every figure of a campaign as PNG (200 dpi) and PDF; each file appears only once it is whole.
+def save_campaign_figures(
+    starts: pd.DataFrame, cells: pd.DataFrame, folder: Path, *, pdf: bool = False
+) -> list[Path]:
+    """Writes every figure of a campaign; each file appears only once it is whole.
 
     The map of starts is one figure a law, `start_map_<label>`, the label in small letters and underscores.
 
@@ -26,6 +28,7 @@ def save_campaign_figures(starts: pd.DataFrame, cells: pd.DataFrame, folder: Pat
         starts: a row a run.
         cells: a row for every law and family; its `worst_start` is ringed in the map of starts.
         folder: where to write.
+        pdf: whether to write for print, see `nhtrack.plots.files.save_figure`.
 
     Returns:
         The files, PNG before PDF.
@@ -35,7 +38,7 @@ def save_campaign_figures(starts: pd.DataFrame, cells: pd.DataFrame, folder: Pat
         own = cells[cells["law"] == law]
         worst = {str(family): int(start) for family, start in zip(own["family"], own["worst_start"], strict=True)}
         figures[f"start_map_{name}"] = start_map(starts, law, worst)
-    return [path for name, figure in figures.items() for path in save_figure(figure, folder / name)]
+    return [path for name, figure in figures.items() for path in save_figure(figure, folder / name, pdf=pdf)]
 
 
 def _file_names(labels: Sequence[str]) -> dict[str, str]:

@@ -131,7 +131,7 @@ def _pictures(sections: Sequence[Section]) -> dict[Path, Picture]:
 
 
 def _width(png: bytes) -> int:
-    """Returns how wide a figure of the paper is at the size it was drawn for [px], 96 to an inch."""
-    from nhtrack.plots.paper import DPI
-
-    return round(int.from_bytes(png[16:20]) * 96 / DPI)
+    """Returns how wide a figure is at the size it was drawn for [px], 96 to an inch; its chunk `pHYs` tells that."""
+    place = png.index(b"pHYs") + 4
+    per_metre = int.from_bytes(png[place : place + 4])
+    return round(int.from_bytes(png[16:20]) * 96 / (0.0254 * per_metre))

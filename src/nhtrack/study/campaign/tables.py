@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 from scipy.stats import binomtest
 
-from nhtrack.recording import atomic_path
+from nhtrack.files import atomic_path
 from nhtrack.study.campaign.cell import Cell
 
 # Of the table of runs; scenario units. What is not known (an error of a run that was lost) is NaN.
