@@ -493,3 +493,42 @@ def measure_all(wheels: Wheels, motion: Motion) -> None:
     """Writes the telemetry of all simulations before their first step."""
     for b in range(motion.g.shape[0]):
         measure(wheels, motion, b, True)
+
+
+class Track(NamedTuple):
+    """Where simulations write what open-loop inputs make of them, for k periods.
+
+    Attributes:
+        g: poses at the end of each period, shape (k, b, n, 3).
+        xi: twists, likewise.
+        telemetry: shape (k, b, n, 18), or no periods where nobody asks.
+        written: periods finished, shape (b,).
+    """
+
+    g: np.ndarray
+    xi: np.ndarray
+    telemetry: np.ndarray
+    written: np.ndarray
+
+
+@compiled
+def drive_simulations(
+    wheels: Wheels, place: Place, motion: Motion, first: int, last: int, u: np.ndarray, track: Track
+) -> None:
+    """Drives the simulations [first, last) by inputs known beforehand, shape (k, b, n, 2), until one goes wrong."""
+    for b in range(first, last):
+        for k in range(u.shape[0]):
+            if not step_simulation(wheels, place, motion, b, u[k, b]):
+                break
+            write_track(track, k, b, motion.g[b], motion.xi[b], motion.telemetry[b])
+
+
+@compiled_inside
+def write_track(track: Track, k: int, b: int, g: np.ndarray, xi: np.ndarray, telemetry: np.ndarray) -> None:
+    """Writes a period of a simulation."""
+    for i in range(g.shape[0]):
+        copy(track.g[k, b, i], g[i])
+        copy(track.xi[k, b, i], xi[i])
+        if track.telemetry.shape[0] > 0:
+            copy(track.telemetry[k, b, i], telemetry[i])
+    track.written[b] = k + 1

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from nhtrack.compiled import compiled, compiled_inside
-from nhtrack.simulation.engine import COMMAND, FINE, STATE, copy, fill
+from nhtrack.simulation.engine import COMMAND, FINE, STATE, Track, copy, fill, write_track
 from nhtrack.simulation.integrator import advance
 from nhtrack.simulation.plant import Floor, Plant, demand_of, predicted_utilisation, saturated
 
@@ -130,3 +130,13 @@ def measure_flows(integrator: Integrator, flow: Flow) -> None:
     """Writes the telemetry of all simulations."""
     for b in range(flow.g.shape[0]):
         measure_flow(integrator, flow, b)
+
+
+@compiled
+def drive_flows(integrator: Integrator, flow: Flow, u: np.ndarray, track: Track) -> None:
+    """Drives all simulations by inputs known beforehand, shape (k, b, n, 2), until one goes wrong."""
+    for b in range(flow.g.shape[0]):
+        for k in range(u.shape[0]):
+            if not step_flow(integrator, flow, b, u[k, b]):
+                break
+            write_track(track, k, b, flow.g[b], flow.xi[b], flow.telemetry[b])

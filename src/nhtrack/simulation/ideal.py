@@ -14,7 +14,7 @@ from nhtrack.ground import Ground
 from nhtrack.simulation import columns, engine, flow
 from nhtrack.simulation.integrator import advance_all
 from nhtrack.simulation.plant import floor_of, plant_of
-from nhtrack.simulation.state import State, require_rolling
+from nhtrack.simulation.state import Driven, State, joined, require_rolling
 
 # Stands for wheels that nobody asks about.
 _NO_WHEELS = DiffDrive(1.0, 1.0, 1.0, 1.0, 0.0, (0.0, 0.0, 1.0), ((-1.0, 0.0),), Motor(1.0, 1.0, 1.0))
@@ -97,6 +97,23 @@ class IdealSimulation:
         if failure is not None:
             raise failure
         return self._state()
+
+    def drive_by(self, u: Array) -> Driven:
+        """Drives the robots by inputs known beforehand; see `Simulation.drive_by`."""
+        begin, periods, motion = self._state(), len(u), self.motion
+        held = np.array(u, dtype=float).reshape(periods, *motion.u.shape)
+        track = engine.Track(
+            np.empty((periods, *motion.g.shape)),
+            np.empty((periods, *motion.xi.shape)),
+            np.empty((periods if self.measured else 0, *motion.telemetry.shape)),
+            np.zeros(len(motion.g), dtype=np.int64),
+        )
+        flow.drive_flows(self.integrator, motion, held, track)
+        self._periods += int(track.written.min(initial=periods))
+        failure = self.failure(self._periods + 1)
+        if failure is not None:
+            raise failure
+        return joined(begin.t, self.dt, begin, track, self._shape)
 
     def failure(self, periods: int | None = None, simulation: int | None = None) -> SimulationDiverged | None:
         """Returns why a simulation cannot go on, or None; see `MujocoSimulation.failure`."""

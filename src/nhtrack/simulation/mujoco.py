@@ -15,9 +15,11 @@ period. The period itself is compiled: `nhtrack.simulation.engine`.
 from __future__ import annotations
 
 import copy
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
+from itertools import pairwise
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -29,7 +31,7 @@ from nhtrack.simulation import columns, engine, memory
 from nhtrack.simulation.contact import FrictionRow
 from nhtrack.simulation.plant import floor_of, plant_of
 from nhtrack.simulation.scene import Scene, SceneSpec, make_scene
-from nhtrack.simulation.state import State, require_rolling
+from nhtrack.simulation.state import Driven, State, joined, require_rolling
 
 _REASONS = {engine.COMMAND: "command is not finite", engine.STATE: "state is not finite"}
 
@@ -135,23 +137,43 @@ class MujocoSimulation:
 
     def step(self, u: Array) -> State:
         """Drives the robots through one control period; see `Simulation.step`."""
-        command = self._batched(u)
-        count = len(self.motion.g)
-        shares = np.linspace(0, count, min(self._threads, count) + 1).astype(int)
-        tasks = [
-            (self.wheels, place, self.motion, int(first), int(last), command, self.keep_going)
-            for place, first, last in zip(self.places, shares[:-1], shares[1:], strict=False)
-        ]
-        if len(tasks) == 1:
-            engine.step_simulations(*tasks[0])
-        else:
-            with ThreadPoolExecutor(len(tasks)) as pool:
-                list(pool.map(lambda task: engine.step_simulations(*task), tasks))
+        self._share(engine.step_simulations, self._batched(u), self.keep_going)
         self._periods += 1
         failure = self.failure()
         if failure is not None:
             raise failure
         return self._state()
+
+    def drive_by(self, u: Array) -> Driven:
+        """Drives the robots by inputs known beforehand; see `Simulation.drive_by`."""
+        begin, periods, motion = self._state(), len(u), self.motion
+        held = np.ascontiguousarray(u if self.batch else u[:, None], dtype=float)
+        track = engine.Track(
+            np.empty((periods, *motion.g.shape)),
+            np.empty((periods, *motion.xi.shape)),
+            np.empty((periods, *motion.telemetry.shape)),
+            np.zeros(len(motion.g), dtype=np.int64),
+        )
+        self._share(engine.drive_simulations, held, track)
+        self._periods += int(track.written.min(initial=periods))
+        failure = self.failure(self._periods + 1)
+        if failure is not None:
+            raise failure
+        return joined(begin.t, self.dt, begin, track, self.batch)
+
+    def _share(self, work: Callable[..., None], *rest: Any) -> None:
+        """Does compiled work on the simulations, a share of them in every thread."""
+        count = len(self.motion.g)
+        shares = np.linspace(0, count, min(self._threads, count) + 1).astype(int)
+        tasks = [
+            (self.wheels, place, self.motion, int(first), int(last), *rest)
+            for place, (first, last) in zip(self.places, pairwise(shares), strict=False)
+        ]
+        if len(tasks) == 1:
+            work(*tasks[0])
+        else:
+            with ThreadPoolExecutor(len(tasks)) as pool:
+                list(pool.map(lambda task: work(*task), tasks))
 
     def failure(self, periods: int | None = None, simulation: int | None = None) -> SimulationDiverged | None:
         """Returns why a simulation cannot go on, or None; one that may be lost is no failure.

@@ -8,6 +8,7 @@ from typing import NamedTuple, Protocol
 import numpy as np
 
 from nhtrack.arrays import Array
+from nhtrack.simulation import columns, engine
 
 
 class State(NamedTuple):
@@ -22,6 +23,22 @@ class State(NamedTuple):
     t: float
     g: Array
     xi: Array
+
+
+class Driven(NamedTuple):
+    """What open-loop inputs made of robots: at the start and at the end of every period.
+
+    Attributes:
+        t: times [s], shape (k + 1,).
+        g: poses, shape (k + 1, ..., n, 3).
+        xi: twists, shape (k + 1, ..., n, 3).
+        telemetry: of each period, shape (k, ..., n, components), by the names of `nhtrack.recording.VARIABLES`.
+    """
+
+    t: Array
+    g: Array
+    xi: Array
+    telemetry: Mapping[str, Array]
 
 
 class Simulation(Protocol):
@@ -50,6 +67,14 @@ class Simulation(Protocol):
         """
         ...
 
+    def drive_by(self, u: Array) -> Driven:
+        """Holds accelerations known beforehand, shape (k, ..., n, 2), each for one period, as `step` would.
+
+        Raises:
+            SimulationDiverged: see `step`.
+        """
+        ...
+
     def telemetry(self) -> Mapping[str, Array]:
         """Returns what the wheels did in the last period, by the names of `nhtrack.recording.VARIABLES`."""
         ...
@@ -61,3 +86,20 @@ def require_rolling(state: State) -> None:
         raise ValueError(f"state: expected g and xi of shape (..., n, 3), got {state.g.shape} and {state.xi.shape}")
     if np.any(state.xi[..., 1] != 0):
         raise ValueError("state: v_y must be zero, the robots stand on wheels")
+
+
+def joined(start: float, dt: float, begin: State, track: engine.Track, shape: tuple[int, ...]) -> Driven:
+    """Returns what a track holds, with the state that it began with.
+
+    Args:
+        start: time of that state [s].
+        dt: control period [s].
+        begin: the state.
+        track: what was driven.
+        shape: of the batch.
+    """
+    periods = len(track.g)
+    g, xi, rows = (values.reshape(periods, *shape, *values.shape[2:]) for values in track[:3])
+    time = start + np.arange(periods + 1) * dt
+    held = columns.named(rows) if len(rows) else {}
+    return Driven(time, np.concatenate([begin.g[None], g]), np.concatenate([begin.xi[None], xi]), held)

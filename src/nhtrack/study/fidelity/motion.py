@@ -109,16 +109,9 @@ def drive_open_loop(
     simulation: Simulation, inputs: Array, start: State = AT_REST, telemetry: Sequence[str] = ()
 ) -> Run:
     """Returns the run of held accelerations, shape (periods, ..., n, 2)."""
-    states = [simulation.reset(start)]
-    logs: dict[str, list[Array]] = {name: [] for name in telemetry}
-    for u in inputs:
-        states.append(simulation.step(u))
-        if telemetry:
-            seen = simulation.telemetry()
-            for name, log in logs.items():
-                log.append(seen[name])
-    time, g, xi = (np.array(column) for column in zip(*states, strict=True))
-    return Run(time, g, xi, {name: np.array(log) for name, log in logs.items()})
+    simulation.reset(start)
+    driven = simulation.drive_by(inputs)
+    return Run(driven.t, driven.g, driven.xi, {name: driven.telemetry[name] for name in telemetry})
 
 
 def middles(duration: float, dt: float) -> Array:
