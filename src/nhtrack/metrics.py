@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import asdict
-from itertools import combinations
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.spatial.distance import pdist
 
 from nhtrack.events import find_events
 from nhtrack.recording import Recording
@@ -69,12 +67,16 @@ def settling_times(recording: Recording) -> np.ndarray:
 def smallest_separation(recording: Recording) -> Separation | None:
     """Returns the closest any two robots came, or None for a single robot."""
     positions = recording["pose"].values[..., :2]
-    pairs = list(combinations(recording.robots, 2))
-    if not pairs:
+    robots = recording.robots
+    if len(robots) < 2:
         return None
-    distances = np.array([pdist(row) for row in positions])
-    row, pair = np.unravel_index(distances.argmin(), distances.shape)
-    return Separation(float(distances[row, pair]), pairs[pair], float(recording.time[row]))
+    found = []  # of every robot and those after it
+    for first in range(len(robots) - 1):
+        apart = np.sqrt(((positions[:, first + 1 :] - positions[:, first : first + 1]) ** 2).sum(axis=-1))
+        row, after = map(int, np.unravel_index(apart.argmin(), apart.shape))
+        found.append((float(apart[row, after]), row, first, first + 1 + after))
+    distance, row, first, second = min(found)
+    return Separation(distance, (robots[first], robots[second]), float(recording.time[row]))
 
 
 def summary(recording: Recording) -> dict[str, Any]:

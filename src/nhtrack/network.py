@@ -6,10 +6,10 @@ one parent and is reached from the root, and nobody tracks itself through others
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from graphlib import CycleError, TopologicalSorter
 
-import networkx as nx
 import numpy as np
 
 from nhtrack.errors import NhtrackError, did_you_mean
@@ -84,13 +84,11 @@ class Network:
         faults = [*network_faults(parents), *weight_faults(parents, given)]
         if faults:
             raise NetworkError(faults)
-        graph = _graph(parents)
         root = next(name for name, others in parents.items() if not others)
         names = (root, *(name for name in parents if name != root))
         index = {name: i for i, name in enumerate(names)}
         levels = tuple(
-            np.array(sorted(index[name] for name in level), dtype=np.intp)
-            for level in nx.topological_generations(graph)
+            np.array(sorted(index[name] for name in level), dtype=np.intp) for level in generations(parents)
         )
         folds = tuple(given.get(name, equal_weights(len(parents[name]))) for name in names)
         return cls(names, tuple(tuple(index[parent] for parent in parents[name]) for name in names), folds, levels)
@@ -105,6 +103,26 @@ class Network:
         parents = [self.parents[robot] + self.parents[robot][-1:] * n for robot, n in zip(robots, missing, strict=True)]
         weights = [self.weights[robot] + (0.0,) * n for robot, n in zip(robots, missing, strict=True)]
         return np.array(parents, dtype=np.intp), np.array(weights).reshape(len(robots), most - 1)
+
+
+def generations(parents: Mapping[str, Sequence[str]]) -> list[list[str]]:
+    """Returns the robots of every level, by the length of the longest way from the root, in the order given.
+
+    Args:
+        parents: names of every robot's parents, of whom nobody is unknown.
+
+    Raises:
+        CycleError: somebody tracks himself through others.
+    """
+    order = {name: place for place, name in enumerate(parents)}
+    sorter = TopologicalSorter(parents)
+    sorter.prepare()
+    levels = []
+    while sorter.is_active():
+        level = sorted(sorter.get_ready(), key=order.__getitem__)
+        sorter.done(*level)
+        levels.append(level)
+    return levels
 
 
 def equal_weights(parents: int) -> tuple[float, ...]:
@@ -134,15 +152,15 @@ def network_faults(parents: Mapping[str, Sequence[str]]) -> list[NetworkFault]:
     """Returns everything that keeps a mapping from robot to parents from being a network."""
     faults = [*_root_faults(parents), *_parent_faults(parents)]
     blamed = {fault.robot for fault in faults}
-    graph = _graph(parents)
-    cycles = [*_cycle_faults(graph, parents)]
+    known = {name: [other for other in others if other in parents] for name, others in parents.items()}
+    cycles = [*_cycle_faults(known, parents)]
     faults += cycles
     blamed |= {fault.robot for fault in cycles}
     roots = [name for name, others in parents.items() if not others]
     if len(roots) == 1:
-        reached = {roots[0], *nx.descendants(graph, roots[0])}
+        reached = _downstream(known, roots)
         # A robot downstream of one already blamed is a consequence, not another mistake.
-        blamed |= {robot for name in blamed for robot in nx.descendants(graph, name)}
+        blamed = _downstream(known, blamed)
         faults += [
             NetworkFault(name, None, f"not reached from the leader {roots[0]!r}")
             for name in parents
@@ -151,12 +169,19 @@ def network_faults(parents: Mapping[str, Sequence[str]]) -> list[NetworkFault]:
     return faults
 
 
-def _graph(parents: Mapping[str, Sequence[str]]) -> nx.DiGraph:
-    """Returns the directed graph of the edges whose both ends exist."""
-    graph = nx.DiGraph()
-    graph.add_nodes_from(parents)
-    graph.add_edges_from((p, name) for name, others in parents.items() for p in others if p in parents)
-    return graph
+def _downstream(parents: Mapping[str, Sequence[str]], starts: Iterable[str]) -> set[str]:
+    """Returns robots and everybody who tracks them, through others or not."""
+    children: dict[str, list[str]] = {name: [] for name in parents}
+    for name, others in parents.items():
+        for parent in others:
+            children[parent].append(name)
+    found, waiting = set[str](), list(starts)
+    while waiting:
+        name = waiting.pop()
+        if name not in found:
+            found.add(name)
+            waiting += children.get(name, [])
+    return found
 
 
 def _root_faults(parents: Mapping[str, Sequence[str]]) -> Iterator[NetworkFault]:
@@ -187,8 +212,15 @@ def _parent_faults(parents: Mapping[str, Sequence[str]]) -> Iterator[NetworkFaul
                 yield NetworkFault(name, i, f"parent {parent!r} is listed twice")
 
 
-def _cycle_faults(graph: nx.DiGraph, parents: Mapping[str, Sequence[str]]) -> Iterator[NetworkFault]:
+def _cycle_faults(known: Mapping[str, Sequence[str]], parents: Mapping[str, Sequence[str]]) -> Iterator[NetworkFault]:
     """Yields one fault for every group of robots that track each other, at its first member."""
+    try:
+        TopologicalSorter(known).prepare()
+    except CycleError:
+        import networkx as nx  # takes long to import, and only a graph at fault needs it
+    else:
+        return
+    graph = nx.DiGraph((parent, name) for name, others in known.items() for parent in others)
     order = {name: i for i, name in enumerate(parents)}
     for group in nx.strongly_connected_components(graph):
         if len(group) == 1:

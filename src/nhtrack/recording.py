@@ -10,13 +10,15 @@ import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 
 from nhtrack.errors import RecordingError
 from nhtrack.files import atomic_path
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 FORMAT_VERSION = 1
 
@@ -194,6 +196,8 @@ class Recording:
         source = Path(path)
         if not source.is_file():
             raise RecordingError(f"{source}: no such recording")
+        import xarray as xr  # takes long to import, and names of variables need none of it
+
         try:
             dataset = xr.load_dataset(source, engine="h5netcdf")
         except (OSError, ValueError, KeyError, RuntimeError) as error:  # what HDF5 says of damage, by place
@@ -225,6 +229,8 @@ def make_recording(
     Raises:
         RecordingError: a name that `VARIABLES` does not know.
     """
+    import xarray as xr
+
     unknown = sorted(set(variables) - set(VARIABLES))
     if unknown:
         raise RecordingError(f"unknown variables {unknown}; known: {', '.join(VARIABLES)}")

@@ -34,14 +34,31 @@ def _in_a_folder_of_its_own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
 PROBE = """
 import sys
 import nhtrack.cli
-heavy = {"mujoco", "dm_control", "xarray", "matplotlib", "scipy", "networkx", "pydantic", "numpy", "imageio"}
-print(sorted(heavy & {name.split(".")[0] for name in sys.modules}))
+{work}
+print(sorted({heavy} & {{name.split(".")[0] for name in sys.modules}}), file=sys.stderr)
+"""
+# What no command needs before it works, and what a run without pictures needs never.
+HEAVY = {"mujoco", "dm_control", "xarray", "scipy", "numpy", "numba", "rich"}
+PICTURES = {"matplotlib", "plotly", "jinja2", "imageio", "PIL", "networkx"}
+HELP = "nhtrack.cli.app(['run', '--help'], standalone_mode=False)"
+RUN = """
+nhtrack.cli.app(["run", "tour/hello", "--backend", "ideal", "--set", "duration=0.1", "--no-video", "--no-figures",
+    "--no-report"], standalone_mode=False)
 """
 
 
-def test_the_command_line_imports_nothing_heavy() -> None:
-    done = subprocess.run([sys.executable, "-c", PROBE], capture_output=True, text=True, check=True)
-    assert done.stdout.strip() == "[]"
+@pytest.mark.parametrize(
+    ("work", "heavy"),
+    [
+        pytest.param(HELP, HEAVY | PICTURES, id="help"),
+        pytest.param("import nhtrack.study.run", {"xarray", "pandas", *PICTURES}, id="study"),
+        pytest.param(RUN, PICTURES, id="run", marks=pytest.mark.slow),
+    ],
+)
+def test_nothing_is_imported_that_is_not_needed(work: str, heavy: set[str]) -> None:
+    script = PROBE.format(work=work, heavy=heavy)
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
+    assert done.stderr.splitlines()[-1] == "[]"
 
 
 def test_the_package_lends_its_names_when_asked() -> None:

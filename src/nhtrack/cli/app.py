@@ -50,6 +50,7 @@ app = typer.Typer(
     cls=Commands,
     help="Nonholonomic robots on real MuJoCo wheel contacts, beside the ideal integrator.",
     no_args_is_help=True,
+    rich_markup_mode=None,  # boxes around help are drawn by a library that takes longer to import than all the rest
     add_completion=False,
     pretty_exceptions_enable=False,
 )

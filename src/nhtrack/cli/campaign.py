@@ -6,14 +6,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
-from rich.console import Console
 
 from nhtrack.cli.app import EXIT_INTERRUPTED, app, fail
 from nhtrack.cli.results import Pdf
-from nhtrack.cli.screen import make_table, progress_bars, show_quantity, show_share
+from nhtrack.cli.screen import make_table, progress_bars, screen, show_quantity, show_share
 from nhtrack.cli.studies import Changes
 
 if TYPE_CHECKING:
+    from rich.console import Console
+
     from nhtrack.study.campaign.run import Results
 
 
@@ -44,7 +45,7 @@ def campaign(
             results = run_campaign(loaded, folder, stage, processes, tuned_by)
     except KeyboardInterrupt:
         fail(f"interrupted; the same command goes on with what is in {folder}", EXIT_INTERRUPTED)
-    _print(results, Console())
+    _print(results, screen())
     written = list(results.files)
     if not no_figures:
         from nhtrack.plots.campaign import save_campaign_figures

@@ -7,15 +7,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, TypeAlias
 
 import typer
-from rich.console import Console
-from rich.markup import escape
-from rich.table import Table
 
 from nhtrack.cli.app import EXIT_DIVERGED, EXIT_INTERRUPTED, app, fail
 from nhtrack.cli.results import Backend, Pdf, load_scenario
-from nhtrack.cli.screen import cores, make_table, progress_bars, show_metres, show_quantity, show_share
+from nhtrack.cli.screen import cores, escape, make_table, progress_bars, screen, show_metres, show_quantity, show_share
 
 if TYPE_CHECKING:
+    from rich.console import Console
+    from rich.table import Table
+
     from nhtrack.scenario.schema import Scenario
     from nhtrack.study.comparison import Comparison, Search
     from nhtrack.study.standings import Standing
@@ -71,7 +71,7 @@ def compare(
     made = {"figures": not no_figures, "pdf": pdf, "video": not no_video, "report": not no_report}
     with progress_bars() as stage:
         found = study(loaded, wanted, out, search=search, overwrite=force, **made, processes=cores(), stage=stage)
-    _print_comparison(found, Console())
+    _print_comparison(found, screen())
     if found.interrupted:
         fail("interrupted; what was recorded until then is kept", EXIT_INTERRUPTED)
     if not found.completed:

@@ -8,12 +8,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich.console import Console
 
 from nhtrack.cli.app import EXIT_ERROR, app
-from nhtrack.cli.screen import make_table, progress_bars
+from nhtrack.cli.screen import make_table, progress_bars, screen
 
 if TYPE_CHECKING:
+    from rich.console import Console
+
     from nhtrack.study.fidelity.bench import Finding
 
 
@@ -48,7 +49,7 @@ def fidelity(
     if as_json:
         typer.echo(json.dumps([finding.row for finding in findings], indent=2, allow_nan=False))
     else:
-        _print(findings, Console())
+        _print(findings, screen())
     for file in save(findings, wanted, folder) if folder is not None else ():
         typer.echo(f"wrote {file}", err=as_json)  # JSON is told alone
     if not all(finding.ok or finding.explained for finding in findings):

@@ -8,10 +8,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich.console import Console
 
 from nhtrack.cli.app import EXIT_DIVERGED, EXIT_INTERRUPTED, app, fail
-from nhtrack.cli.screen import cores, print_outcome, progress_bars
+from nhtrack.cli.screen import cores, print_outcome, progress_bars, screen
 
 if TYPE_CHECKING:
     from nhtrack.scenario.schema import Scenario
@@ -72,7 +71,7 @@ def run(
     made = {"figures": not no_figures, "pdf": pdf, "video": not no_video, "report": not no_report}
     with progress_bars() as stage:
         outcome = run_scenario(loaded, out, overwrite=force, **made, processes=cores(), stage=stage)
-    print_outcome(outcome, Console())
+    print_outcome(outcome, screen())
     if outcome.failure is not None:
         fail(f"diverged: {outcome.failure}; what was recorded until then is kept", EXIT_DIVERGED)
     if outcome.recording.outcome == "interrupted":

@@ -8,10 +8,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich.console import Console
-from rich.table import Table
 
 from nhtrack.cli.app import EXIT_SCENARIO, app, fail
+from nhtrack.cli.screen import screen
 from nhtrack.errors import ScenarioError
 
 if TYPE_CHECKING:
@@ -99,13 +98,15 @@ def _write(path: Path, text: str) -> None:
 @app.command("list")
 def list_assets() -> None:
     """List the bundled scenarios, campaigns and robots."""
+    from rich.table import Table
+
     from nhtrack import assets
     from nhtrack.scenario.load import load, load_campaign
 
     scenarios = [(name, load(name).description) for name in assets.bundled_scenarios()]
     campaigns = [(name, load_campaign(name).description) for name in assets.bundled_campaigns()]
     robots = [(name, assets.robot_description(name)) for name in assets.robots()]
-    console = Console()
+    console = screen()
     for title, rows in (("Scenarios", scenarios), ("Campaigns", campaigns), ("Robots", robots)):
         table = Table(title=title, title_justify="left", box=None, show_header=False, padding=(0, 2))
         table.add_column(no_wrap=True, style="bold")

@@ -8,12 +8,10 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-from rich.console import Console
-from rich.markup import escape
-from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
-from rich.table import Table
-
 if TYPE_CHECKING:
+    from rich.console import Console
+    from rich.table import Table
+
     from nhtrack.study.run import Outcome
 
 # Called with the work done and the whole of it.
@@ -28,9 +26,26 @@ def cores() -> int:
     return os.cpu_count() or 1
 
 
+def screen() -> Console:
+    """Returns what tables and coloured lines are printed on."""
+    from rich.console import Console
+
+    return Console()
+
+
+def escape(text: str) -> str:
+    """Returns a text whose brackets are letters on the screen, not markup."""
+    from rich.markup import escape as escaped
+
+    return escaped(text)
+
+
 @contextmanager
 def progress_bars() -> Iterator[Callable[[str], Report]]:
     """Shows bars on stderr while work goes on; yields what opens a bar by its name."""
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
+
     columns = TextColumn("{task.description:12}"), BarColumn(), TaskProgressColumn(), TimeRemainingColumn()
     console = Console(stderr=True)
     with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bars:
@@ -125,6 +140,8 @@ def _how_bad(event: dict[str, Any]) -> str:
 
 def make_table(title: str) -> Table:
     """Returns an empty table in the manner of all results."""
+    from rich.table import Table
+
     return Table(title=title, title_justify="left", title_style="bold", box=None, padding=(0, 1))
 
 

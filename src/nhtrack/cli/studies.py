@@ -7,14 +7,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich.console import Console
-from rich.markup import escape
 
 from nhtrack.cli.app import app, fail
 from nhtrack.cli.results import load_scenario
-from nhtrack.cli.screen import make_table, progress_bars, show_quantity, show_share
+from nhtrack.cli.screen import escape, make_table, progress_bars, screen, show_quantity, show_share
 
 if TYPE_CHECKING:
+    from rich.console import Console
+
     from nhtrack.study.feasibility import Feasibility
     from nhtrack.study.tune import Tuning
 
@@ -40,7 +40,7 @@ def feasibility(
     if as_json:
         typer.echo(json.dumps(found.table, indent=2, allow_nan=False))
     else:
-        _print_feasibility(found, Console())
+        _print_feasibility(found, screen())
 
 
 def _print_feasibility(found: Feasibility, console: Console) -> None:
@@ -97,7 +97,7 @@ def tune(
 
     with progress_bars() as stage:
         found = study(loaded, wanted, budget, seed, stage, below_bound=below_bound)
-    _print_tuning(found, Console())
+    _print_tuning(found, screen())
     if target is not None:
         _save(found, scenario, target, list(changes or []))
         typer.echo(f"wrote {target}")

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-import networkx as nx
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -13,6 +12,7 @@ from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.patches import Circle, FancyArrowPatch
 
 from nhtrack.arrays import Array
+from nhtrack.network import generations
 from nhtrack.plots.names import spread
 from nhtrack.plots.style import COLUMN, INK, column_styled, plain, run_title, styled
 from nhtrack.recording import Recording
@@ -29,16 +29,13 @@ def graph(parents: Mapping[str, Sequence[str]], title: str) -> Figure:
         parents: of every robot, the root first.
         title: of the figure.
     """
-    edges = nx.DiGraph()
-    edges.add_nodes_from(parents)
-    edges.add_edges_from((parent, name) for name, others in parents.items() for parent in others)
-    spots = _spots(edges)
+    spots = _spots(parents)
     low, high = (bound(np.array(list(spots.values())), axis=0) for bound in (np.min, np.max))
     figure = Figure(figsize=(1.0 + 0.9 * (high[0] - low[0]), 1.1 + 0.9 * (high[1] - low[1])))
     axes = figure.subplots()
     axes.set_aspect("equal")
     axes.axis("off")
-    for parent, name in edges.edges:
+    for parent, name in ((parent, name) for name, others in parents.items() for parent in others):
         ends = np.array([spots[parent], spots[name]])
         away = 0.32 * (ends[1] - ends[0]) / np.linalg.norm(ends[1] - ends[0])
         line: dict[str, Any] = {
@@ -161,14 +158,9 @@ def _placed(parents: Mapping[str, Sequence[str]]) -> dict[str, Array]:
 
 def _levels(parents: Mapping[str, Sequence[str]]) -> list[list[str]]:
     """Returns the robots of every level, each as near as may be to its parents' places in theirs."""
-    edges = nx.DiGraph()
-    edges.add_nodes_from(parents)
-    edges.add_edges_from((parent, name) for name, others in parents.items() for parent in others)
     share: dict[str, float] = {}  # how far down its level a robot is
     levels = []
-    order = {name: place for place, name in enumerate(parents)}
-    for level in nx.topological_generations(edges):
-        level = sorted(level, key=order.__getitem__)
+    for level in generations(parents):
         level.sort(key=lambda name: float(np.mean([share[parent] for parent in parents[name]] or [0.0])))
         share |= {name: (row + 0.5) / len(level) for row, name in enumerate(level)}
         levels.append(level)
@@ -211,18 +203,11 @@ def _rings(levels: Sequence[Sequence[str]], parents: Mapping[str, Sequence[str]]
 # Of both --------------------------------------------------------------------------------------------------------------
 
 
-def _spots(edges: nx.DiGraph) -> dict[str, Array]:
+def _spots(parents: Mapping[str, Sequence[str]]) -> dict[str, Array]:
     """Returns places of the robots of a graph: levels 1.6 apart from left to right, a level's robots 1 apart."""
-    for level, names in enumerate(nx.topological_generations(edges)):
-        for name in names:
-            edges.nodes[name]["level"] = level
-    order = {name: place for place, name in enumerate(edges)}
-    columns: dict[int, list[str]] = {}
-    for name in sorted(edges, key=order.__getitem__):
-        columns.setdefault(edges.nodes[name]["level"], []).append(name)
     return {
         name: np.array([1.6 * level, (len(names) - 1) / 2 - row])
-        for level, names in columns.items()
+        for level, names in enumerate(generations(parents))
         for row, name in enumerate(names)
     }
 

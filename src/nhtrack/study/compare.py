@@ -9,7 +9,6 @@ from pathlib import Path
 
 from nhtrack.errors import FeasibilityError
 from nhtrack.scenario.build import make_limits
-from nhtrack.scenario.documentation import json_schema
 from nhtrack.scenario.law_sections import Law
 from nhtrack.scenario.schema import Scenario
 from nhtrack.study.comparison import Comparison, Search, room_of
@@ -180,6 +179,7 @@ def _reported(found: Comparison) -> Comparison:
     """Returns a comparison with its report, which has the film in it if there is one."""
     from nhtrack.report import Extras
     from nhtrack.report.pages.compare import write
+    from nhtrack.scenario.documentation import json_schema
     from nhtrack.video.together import together
 
     film = found.folder / "video.mp4"

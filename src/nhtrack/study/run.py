@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.metadata
 import platform
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
@@ -18,7 +17,6 @@ from nhtrack.experiment.loop import Progress, Rollout
 from nhtrack.metrics import summary
 from nhtrack.recording import Recording, make_recording
 from nhtrack.scenario.build import Experiment, build
-from nhtrack.scenario.documentation import json_schema
 from nhtrack.scenario.load import load
 from nhtrack.scenario.schema import Scenario, Video
 from nhtrack.scenario.stance import stance_warnings
@@ -237,6 +235,8 @@ def _end(failure: SimulationDiverged | None) -> dict[str, str | float]:
 
 def versions() -> dict[str, str]:
     """Returns the versions of Python, of the package and of the libraries that move its numbers."""
+    import importlib.metadata
+
     return {"python": platform.python_version()} | {name: importlib.metadata.version(name) for name in _VERSIONED}
 
 
@@ -253,6 +253,7 @@ def _figures(recording: Recording, folder: Path, *, pdf: bool) -> tuple[list[Pat
 def _report(outcome: Outcome, folder: Path, skipped: list[str]) -> Path:
     """Returns the report of a run, with the film in it if the folder has one."""
     from nhtrack.report import Extras, write
+    from nhtrack.scenario.documentation import json_schema
 
     film, mark = folder / "video.mp4", "no video: "
     reasons = [reason.removeprefix(mark) for reason in skipped if reason.startswith(mark)]
