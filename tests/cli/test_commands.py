@@ -45,6 +45,7 @@ RUN = """
 nhtrack.cli.app(["run", "tour/hello", "--backend", "ideal", "--set", "duration=0.1", "--no-video", "--no-figures",
     "--no-report"], standalone_mode=False)
 """
+REPORT = RUN.replace('"--no-report"', '"--force"')
 
 
 @pytest.mark.parametrize(
@@ -53,6 +54,7 @@ nhtrack.cli.app(["run", "tour/hello", "--backend", "ideal", "--set", "duration=0
         pytest.param(HELP, HEAVY | PICTURES, id="help"),
         pytest.param("import nhtrack.study.run", {"xarray", "pandas", *PICTURES}, id="study"),
         pytest.param(RUN, PICTURES, id="run", marks=pytest.mark.slow),
+        pytest.param(REPORT, {"matplotlib", "imageio", "networkx"}, id="report", marks=pytest.mark.slow),
     ],
 )
 def test_nothing_is_imported_that_is_not_needed(work: str, heavy: set[str]) -> None:

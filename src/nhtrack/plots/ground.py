@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import json
-
 import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
@@ -12,21 +10,13 @@ from matplotlib.patches import Circle, Rectangle
 from nhtrack.ground import Ground, Patch
 from nhtrack.plots.names import Path
 from nhtrack.plots.style import INK
-from nhtrack.recording import Recording
+from nhtrack.shown import ground_of
 from nhtrack.simulation.palette import GRIP, ICE
 
 __all__ = ["draw_ground", "ground_of"]
 
 _LEAST_SEEN = 0.1  # share of a panel's sides that a patch must take up to be labelled
 _POINTS = 201  # of the edge of a patch
-
-
-def ground_of(recording: Recording) -> Ground:
-    """Returns what the robots of a recording stood on."""
-    scene = json.loads(recording.dataset.attrs.get("scene", "{}"))  # by itself: a figure needs no MuJoCo
-    patches = tuple(Patch(**patch) for patch in scene.get("patches", ()))
-    plane = {name: scene[name] for name in ("friction", "slope", "uphill") if name in scene}
-    return Ground(patches=patches, **plane)
 
 
 def draw_ground(axes: Axes, ground: Ground) -> dict[str, Path]:

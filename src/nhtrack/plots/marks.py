@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -13,6 +13,7 @@ from matplotlib.transforms import ScaledTranslation
 from nhtrack.events import Event, Kind
 from nhtrack.plots.style import CROWD, INK
 from nhtrack.recording import Recording
+from nhtrack.shown import Span, covered
 from nhtrack.simulation.palette import robot_colour
 
 __all__ = ["covered", "mark_events"]
@@ -25,8 +26,6 @@ _BAR_STEP = 3.0  # [pt] from one robot's bar to the next
 _NAME_STEP = 7.5  # [pt] from one name to the next
 _MARGIN = 2.0  # [pt] from the upper edge to the first of them
 _MOST_ROOM = 0.6  # of a panel's height
-
-Span = tuple[float, float]
 
 
 def mark_events(
@@ -65,17 +64,6 @@ def mark_events(
             below = _write_name(axes, [event for event in shown if event.kind == kind], last, below, crowd=crowd)
     if below > _MARGIN:
         _make_room(axes, below)
-
-
-def covered(spans: Iterable[Span]) -> list[Span]:
-    """Returns the time that spans (start, end) cover, as spans in order that neither touch nor overlap."""
-    apart: list[Span] = []
-    for start, end in sorted(spans):
-        if apart and start <= apart[-1][1]:
-            apart[-1] = (apart[-1][0], max(end, apart[-1][1]))
-        else:
-            apart.append((start, end))
-    return apart
 
 
 def _span(event: Event, last: float) -> Span:

@@ -24,6 +24,7 @@ from matplotlib.transforms import ScaledTranslation, Transform
 
 from nhtrack.plots.margins import EDGE, line_height
 from nhtrack.recording import Recording
+from nhtrack.shown import BAND_COLOUR, CROWD
 
 __all__ = [
     "BAND_COLOUR",
@@ -39,8 +40,6 @@ __all__ = [
     "write_note",
 ]
 
-CROWD = 7  # more followers than this are drawn as a band: single curves could no longer be told apart
-BAND_COLOUR = "#0072B2"
 COLUMN = 3.5  # [in] width of a column of a journal
 INK = "#1A1A1A"
 

@@ -12,13 +12,11 @@ import numpy as np
 
 from nhtrack.events import find_events
 from nhtrack.metrics import heading_error, position_error, position_gap
-from nhtrack.plots.ground import ground_of
-from nhtrack.plots.marks import covered
-from nhtrack.plots.style import CROWD
 from nhtrack.recording import Recording
 from nhtrack.report.panels import colours_of, make_panels
 from nhtrack.report.thin import even_rows, numbers
 from nhtrack.report.words import has_virtual_root
+from nhtrack.shown import CROWD, covered, ground_of
 from nhtrack.simulation.palette import GRIP, ICE
 
 DIGITS = 8  # significant digits: a tenth of a micrometre along ten metres

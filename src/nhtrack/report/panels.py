@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 
 from nhtrack.metrics import heading_error, heading_gap, position_error, position_gap
-from nhtrack.plots.style import BAND_COLOUR, CROWD
 from nhtrack.recording import Recording
 from nhtrack.report.thin import extreme_rows, numbers
+from nhtrack.shown import BAND_COLOUR, CROWD
 from nhtrack.simulation.palette import robot_colour
 from nhtrack.simulation.scene import SceneSpec
 

@@ -10,9 +10,9 @@ import numpy as np
 
 from nhtrack.events import AT_LIMIT
 from nhtrack.metrics import LATE, SETTLED, position_error
-from nhtrack.plots.style import CROWD
 from nhtrack.recording import Recording
 from nhtrack.report.units import listed, quantity, seconds, share
+from nhtrack.shown import CROWD
 
 Summary: TypeAlias = Mapping[str, Any]
 

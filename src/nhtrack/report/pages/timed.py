@@ -5,11 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from nhtrack.plots.style import CROWD
 from nhtrack.recording import Recording
 from nhtrack.report.data import DIGITS, frame_rows
 from nhtrack.report.film import read_film
 from nhtrack.report.graph import graph_svg
+from nhtrack.shown import CROWD
 
 SCRIPTS = ("floor.js", "panels.js", "film.js", "player.js")
 SECTIONS = {"film": "Film", "floor-section": "Floor", "series": "Over time", "graph-section": "Who tracks whom"}

@@ -1,0 +1,35 @@
+"""What figures, films and reports of a recording agree on, whatever they are drawn with."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable
+
+from nhtrack.ground import Ground, Patch
+from nhtrack.recording import Recording
+
+__all__ = ["BAND_COLOUR", "CROWD", "Span", "covered", "ground_of"]
+
+CROWD = 7  # more followers than this are drawn as a band: single curves could no longer be told apart
+BAND_COLOUR = "#0072B2"
+
+Span = tuple[float, float]
+
+
+def covered(spans: Iterable[Span]) -> list[Span]:
+    """Returns the time that spans (start, end) cover, as spans in order that neither touch nor overlap."""
+    apart: list[Span] = []
+    for start, end in sorted(spans):
+        if apart and start <= apart[-1][1]:
+            apart[-1] = (apart[-1][0], max(end, apart[-1][1]))
+        else:
+            apart.append((start, end))
+    return apart
+
+
+def ground_of(recording: Recording) -> Ground:
+    """Returns what the robots of a recording stood on."""
+    scene = json.loads(recording.dataset.attrs.get("scene", "{}"))  # by itself: a figure needs no MuJoCo
+    patches = tuple(Patch(**patch) for patch in scene.get("patches", ()))
+    plane = {name: scene[name] for name in ("friction", "slope", "uphill") if name in scene}
+    return Ground(patches=patches, **plane)
