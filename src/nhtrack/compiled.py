@@ -37,6 +37,7 @@ _ROOMS: dict[str, tuple[str, ...]] = {
 # Division by zero gives an infinity, as in NumPy; no reordering of sums, so that all runs have the same bits.
 _SETTINGS: dict[str, Any] = {"nogil": True, "error_model": "numpy", "fastmath": False}
 _COMPLETE = "complete"
+WRAPPERS = "nhtrack_law_"  # what names of modules begin with that hold the wrapper of a law
 
 
 def compiled(function: Function) -> Function:
@@ -134,10 +135,15 @@ def _sweep(folder: Path, room: str) -> None:
 
 @contextmanager
 def _numba_cache(function: Callable[..., Any]) -> Iterator[bool]:
-    """Lets numba cache a function that is decorated inside into `cache_folder`, and yields whether it can."""
+    """Lets numba cache a function that is decorated inside into `cache_folder`, and yields whether it can.
+
+    Functions of others are not cached by themselves, since what they call may change; the wrapper of a law is, and has
+    a hash of all that in its name.
+    """
     names = function.__module__.split(".")
-    room = names[1] if len(names) > 1 and names[0] == "nhtrack" and names[1] in _ROOMS else "laws"
-    folder, before = cache_folder(room), numba.config.CACHE_DIR
+    room = names[1] if len(names) > 1 and names[1] in _ROOMS else "laws"
+    ours = names[0] == "nhtrack" or names[0].startswith(WRAPPERS)
+    folder, before = cache_folder(room) if ours else None, numba.config.CACHE_DIR
     if folder is not None:
         numba.config.CACHE_DIR = str(folder)
     try:

@@ -9,23 +9,27 @@ from __future__ import annotations
 
 import ctypes
 import hashlib
+import re
 import sys
 import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from types import ModuleType
-from typing import TYPE_CHECKING, Any, get_type_hints
+from typing import TYPE_CHECKING, Any
 
-from nhtrack.compiled import cache_folder, compiled, compiled_for_address
+from nhtrack.compiled import WRAPPERS, cache_folder, compiled, compiled_for_address
 from nhtrack.errors import NhtrackError
 from nhtrack.laws.contract import Follower, Leader, Limits
+from nhtrack.laws.functions import as_compiled, python_of, texts_reached
+from nhtrack.laws.slots import Slot, flattened, packed, slots_of
 
 if TYPE_CHECKING:
     from nhtrack.laws.law import LawKind
 
 POINTERS = 6
 CONTEXT = 1 + len(Limits._fields)
+SLOWER = "each call some 250 times slower than compiled"  # measured: 110 to 450 for the laws of the package
 FAILED = 2  # place in the result that is not zero where the law raised an exception
 
 
@@ -62,29 +66,39 @@ def entry_of(kind: LawKind) -> Entry:
     except Exception as error:
         if kind.built_in:
             raise LawCompileError(f"{kind.file}: {error}") from error
-        reason = _reason(error)
-    warnings.warn(
-        f"law {kind.name!r} runs as Python, some hundred times slower than compiled: {reason}",
-        InterpretedLawWarning,
-        stacklevel=2,
-    )
+        reason = _reason(error, kind)
+    warnings.warn(f"law {kind.name!r} {runs_as_python(reason)}", InterpretedLawWarning, stacklevel=2)
     init, command = (_SIGNATURE(_interpreted(kind, name)) for name in ("init", "command"))
     addresses = (int(ctypes.cast(function, ctypes.c_void_p).value or 0) for function in (init, command))
     return Entry(next(addresses), next(addresses), reason, (init, command))
 
 
-def _reason(error: Exception) -> str:
-    """Returns what the compiler did not take, in one line."""
-    lines = [line.strip() for line in str(error).splitlines() if line.strip()]
-    said = [line for line in lines if not line.startswith(("Failed in", "[1]", "File "))]
-    place = next((line.split(",")[1].strip() for line in lines if line.startswith("File ") and "," in line), "")
-    return " ".join(said[:2])[:300] + (f" ({place})" if place else "")
+def runs_as_python(reason: str) -> str:
+    """Returns what to say of a law that cannot be compiled."""
+    return f"runs as Python, {SLOWER}: {reason}"
+
+
+def _reason(error: Exception, kind: LawKind) -> str:
+    """Returns what the compiler did not take, in one line, with the line of the law's file."""
+    text = _COLOUR.sub("", str(error))
+    lines = [" ".join(line.split()) for line in text.splitlines()]
+    first = next((i for i, line in enumerate(lines) if line and not line.startswith(_NOISE)), 0)
+    said = lines[first] if lines else type(error).__name__
+    if said.endswith(":"):  # what it is about stands below
+        said += " " + next((line for line in lines[first + 1 :] if line), "")
+    name = re.escape(Path(kind.file).name)
+    numbers = [a or b for a, b in re.findall(rf'{name}"?, line (\d+)|{name} \((\d+)\)', text)]
+    return said[:200] + (f" ({kind.file}:{numbers[-1]})" if numbers else "")
+
+
+_COLOUR = re.compile(r"\x1b\[[0-9;]*m")
+_NOISE = ("Failed in", "[1]", "File ", "-", "During:", "Enable logging", "There are")
 
 
 def _compiled(kind: LawKind) -> tuple[Any, Any]:
     """Returns `init` and `command` of a law as compiled functions with an address."""
     text = _text(kind)
-    name = f"nhtrack_law_{kind.name}_{_digest(kind, text)}"
+    name = f"{WRAPPERS}{kind.name}_{_digest(kind, text)}"
     module = sys.modules[name] = ModuleType(name)  # what is read from the cache looks for it there
     module.__dict__.update(_space(kind))
     exec(compile(text, _file(name, text), "exec"), module.__dict__)
@@ -92,7 +106,15 @@ def _compiled(kind: LawKind) -> tuple[Any, Any]:
 
 
 def _digest(kind: LawKind, text: str) -> str:
-    return hashlib.sha256((kind.source + text).encode()).hexdigest()[:16]
+    """Returns a hash of all that the code of a law is made of, but for the package's own."""
+    reached = [] if kind.built_in else texts_reached(_home(kind))
+    return hashlib.sha256("\0".join([kind.source, text, *reached]).encode()).hexdigest()[:16]
+
+
+def _home(kind: LawKind) -> dict[str, Any]:
+    """Returns the names of a law's file."""
+    plain = python_of(kind.command)
+    return {} if plain is None else plain.__globals__
 
 
 def _file(name: str, text: str) -> str:
@@ -120,10 +142,21 @@ def _space(kind: LawKind) -> dict[str, Any]:
         "carray": carray, "Follower": Follower, "Leader": Leader,
         "Limits": Limits, "Gains": kind.gains, "for_address": compiled_for_address(POINTERS),
     }  # fmt: skip
-    space["law_command"] = compiled(kind.command)
-    if kind.memory is not None:
-        space |= {"Memory": kind.memory, "law_init": compiled(kind.init)}  # type: ignore[type-var]
-    return space
+    space |= {f"law_{name}": function for name, function in _functions(kind).items()}
+    return space if kind.memory is None else space | {"Memory": kind.memory}
+
+
+def _functions(kind: LawKind) -> dict[str, Any]:
+    """Returns `command`, and `init` of a law with memory, to be compiled when they are first called."""
+    found: dict[str, Any] = {"command": kind.command} | ({} if kind.memory is None else {"init": kind.init})
+    if not kind.built_in:
+        home = as_compiled(_home(kind))
+        found = {name: home.get(name, function) for name, function in found.items()}
+    return {name: compiled(each) if _is_plain(each) else each for name, each in found.items()}
+
+
+def _is_plain(function: Any) -> bool:
+    return python_of(function) is function
 
 
 def _text(kind: LawKind) -> str:
@@ -140,7 +173,8 @@ def _text(kind: LawKind) -> str:
     seen_l = Leader({_places("l", Leader)})
     own = Gains({gains})
 """
-    stored = "".join(f"    m[{i}] = kept.{name}\n" for i, name in enumerate(kind.memory._fields if kind.memory else ()))
+    slots = () if kind.memory is None else slots_of(kind.memory)
+    stored = "".join(f"    m[{i}] = kept{_access(slot)}\n" for i, slot in enumerate(slots))
     guarded = "" if kind.built_in else "    "
     call = f"law_command(own, c[0], Limits(c[1], c[2], c[3], c[4]), seen_f, seen_l, {memory})"
     begin, end = ("", "") if kind.built_in else ("    try:\n", "    except Exception:\n        r[2] = 1.0\n")
@@ -159,10 +193,18 @@ def _places(array: str, kind: Any) -> str:
 
 
 def _arguments(kind: Any, array: str) -> str:
-    """Returns the arguments of a NamedTuple, out of an array of numbers, each as the type of its field."""
-    hints = get_type_hints(kind)
+    """Returns the arguments of a NamedTuple, out of an array of numbers, each as the type of its place."""
     ways = {float: "{}", int: "int({})", bool: "({} != 0.0)"}
-    return ", ".join(ways[hints[name]].format(f"{array}[{i}]") for i, name in enumerate(kind._fields))
+    fields: dict[str, str] = {}
+    for i, slot in enumerate(slots_of(kind)):
+        number = ways[slot.kind].format(f"{array}[{i}]")
+        before = fields.get(slot.field, "(")
+        fields[slot.field] = number if slot.item < 0 else f"{before.removesuffix(')')}{number},)"
+    return ", ".join(fields.values())
+
+
+def _access(slot: Slot) -> str:
+    return f".{slot.field}" if slot.item < 0 else f".{slot.field}[{slot.item}]"
 
 
 # A law as Python ------------------------------------------------------------------------------------------------------
@@ -192,14 +234,9 @@ def call_law(
     kind: LawKind, name: str, gains: Any, context: Any, follower: Any, leader: Any, memory: Any
 ) -> tuple[float, ...]:
     """Returns (u_x, u_theta, *memory) of a law called as Python; zeros for the accelerations of `init`."""
-    own, seen = _typed(kind.gains, gains), (Follower(*follower), Leader(*leader))
-    held: Any = () if kind.memory is None else _typed(kind.memory, memory)
+    own, seen = packed(kind.gains, gains), (Follower(*follower), Leader(*leader))
     if name == "init":
-        return (0.0, 0.0, *(() if kind.init is None else tuple(kind.init(own, context[0], *seen))))
-    u_x, u_theta, kept = kind.command(own, context[0], Limits(*context[1:]), *seen, held)
-    return (float(u_x), float(u_theta), *(float(value) for value in kept))
-
-
-def _typed(kind: Any, values: Any) -> Any:
-    hints = get_type_hints(kind)
-    return kind(*(hints[name](value) for name, value in zip(kind._fields, values, strict=True)))
+        return (0.0, 0.0, *(flattened(kind.python[name](own, context[0], *seen)) if kind.memory is not None else ()))
+    held: Any = () if kind.memory is None else packed(kind.memory, memory)
+    u_x, u_theta, kept = kind.python[name](own, context[0], Limits(*context[1:]), *seen, held)
+    return (float(u_x), float(u_theta), *flattened(kept))

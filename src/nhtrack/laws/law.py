@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ast
 import hashlib
 import inspect
 from collections.abc import Callable, Mapping
@@ -13,13 +12,12 @@ from typing import Any, get_type_hints
 
 import numpy as np
 
-from nhtrack.errors import NhtrackError
 from nhtrack.laws.address import Entry, entry_of
 from nhtrack.laws.contract import Gain, Limits
-
-
-class LawError(NhtrackError):
-    """A law's file that does not keep the contract of `nhtrack.laws.contract`, or a law that fails while it runs."""
+from nhtrack.laws.faults import contract_faults
+from nhtrack.laws.functions import as_python
+from nhtrack.laws.own_file import LawError
+from nhtrack.laws.slots import slots_of
 
 
 @dataclass(frozen=True)
@@ -51,22 +49,25 @@ class LawKind:
     built_in: bool = False
 
     @classmethod
-    def of(cls, module: ModuleType, name: str | None = None, *, built_in: bool = False) -> LawKind:
+    def of(
+        cls, module: ModuleType, name: str | None = None, source: str | None = None, *, built_in: bool = False
+    ) -> LawKind:
         """Returns the law of a module.
 
         Args:
             module: of its file.
             name: what to call it; the file's name by default.
+            source: the text of the file; read by default.
             built_in: whether it is one of the package's own.
 
         Raises:
             LawError: everything in which the module does not keep the contract, with file and line.
         """
         file = str(module.__file__)
-        source = inspect.getsource(module)
-        faults = _faults(module, source)
+        source = inspect.getsource(module) if source is None else source
+        faults = contract_faults(module, source)
         if faults:
-            raise LawError("\n".join(f"{file}:{line}: {message}" for line, message in faults))
+            raise LawError("\n".join(f"{file}:{line}: {message}" for line, message in sorted(faults)))
         return cls(
             name=name or module.__name__.rpartition(".")[2],
             gains=module.Gains,
@@ -87,22 +88,38 @@ class LawKind:
         return {name: _described(hints[name]) for name in self.gains._fields}
 
     @property
+    def account(self) -> dict[str, str]:
+        """What a recording keeps of it, for it to be run again: name, file, its hash and its text."""
+        return {"name": self.name, "file": self.file, "sha256": self.hash, "source": self.source}
+
+    @property
     def hash(self) -> str:
         """SHA-256 of the text of its file."""
         return hashlib.sha256(self.source.encode()).hexdigest()
 
     @cached_property
     def memory_size(self) -> int:
-        """Number of values in its memory."""
-        return 0 if self.memory is None else len(self.memory._fields)
+        """Number of values in its memory, items of tuples each."""
+        return 0 if self.memory is None else len(slots_of(self.memory))
+
+    @cached_property
+    def memory_sizes(self) -> Mapping[str, int]:
+        """How many items each field of its memory has that is a tuple; 0 where it is a number."""
+        slots = () if self.memory is None else slots_of(self.memory)
+        return {name: sum(slot.field == name and slot.item >= 0 for slot in slots) for name, _, _ in slots}
 
     @cached_property
     def modes(self) -> tuple[int, ...]:
         """Places in its memory that hold whole numbers and truth values: what it has decided, not what it filters."""
         if self.memory is None:
             return ()
-        hints = get_type_hints(self.memory)
-        return tuple(i for i, name in enumerate(self.memory._fields) if hints[name] in (int, bool))
+        return tuple(i for i, slot in enumerate(slots_of(self.memory)) if slot.kind in (int, bool))
+
+    @cached_property
+    def python(self) -> Mapping[str, Callable[..., Any]]:
+        """Its `init` and `command` as Python, with all that they call."""
+        functions = {"init": self.init, "command": self.command}
+        return {name: as_python(function) for name, function in functions.items() if function is not None}
 
     @cached_property
     def entry(self) -> Entry:
@@ -133,6 +150,11 @@ class Law:
         return () if self.kind.warn is None else tuple(self.kind.warn(self.gains, self.limits))
 
     @property
+    def account(self) -> dict[str, Any]:
+        """What a recording keeps of a law that is not the package's own: gains in robot units, and all of its file."""
+        return self.kind.account | {"gains": {name: float(gain) for name, gain in self.gains._asdict().items()}}
+
+    @property
     def gain_rows(self) -> np.ndarray:
         """The gains as rows, shape (1 or b, number of gains)."""
         columns = np.broadcast_arrays(*(np.asarray(gain, dtype=float).reshape(-1) for gain in self.gains))
@@ -142,44 +164,3 @@ class Law:
 def _described(hint: Any) -> Gain:
     found = [extra for extra in getattr(hint, "__metadata__", ()) if isinstance(extra, Gain)]
     return found[0] if found else Gain("1", "")
-
-
-def _faults(module: ModuleType, source: str) -> list[tuple[int, str]]:
-    """Returns in which lines the module does not keep the contract, and how."""
-    lines = {node.name: node.lineno for node in ast.parse(source).body if hasattr(node, "name") and node.name}
-    faults = []
-    for name, arguments in (("command", 6), ("init", 4), ("warnings", 2)):
-        function = getattr(module, name, None)
-        if function is None:
-            if name == "command" or (name == "init" and hasattr(module, "Memory")):
-                faults.append((1, f"no function `{name}`: a law has {_SIGNATURES[name]}"))
-            continue
-        if not callable(function) or len(inspect.signature(function).parameters) != arguments:
-            faults.append((lines.get(name, 1), f"`{name}` is not {_SIGNATURES[name]}"))
-    for name in ("Gains", "Memory"):
-        kind = getattr(module, name, None)
-        if kind is None:
-            if name == "Gains":
-                faults.append((1, "no class `Gains`: a NamedTuple of the law's gains, each a float"))
-        elif not (isinstance(kind, type) and issubclass(kind, tuple) and hasattr(kind, "_fields")):
-            faults.append((lines.get(name, 1), f"`{name}` is not a NamedTuple"))
-        else:
-            faults += [(lines.get(name, 1), message) for message in _field_faults(kind)]
-    return faults
-
-
-def _field_faults(kind: Any) -> list[str]:
-    """Returns which fields of a NamedTuple are not numbers."""
-    hints = get_type_hints(kind)
-    return [
-        f"`{kind.__name__}.{name}`: expected float, int or bool, got {getattr(hints[name], '__name__', hints[name])}"
-        for name in kind._fields
-        if hints[name] not in (float, int, bool)
-    ]
-
-
-_SIGNATURES = {
-    "command": "command(gains, period, limits, follower, leader, memory) -> (u_x, u_theta, memory)",
-    "init": "init(gains, period, follower, leader) -> Memory",
-    "warnings": "warnings(gains, limits) -> tuple[str, ...]",
-}

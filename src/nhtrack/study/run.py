@@ -13,7 +13,9 @@ import numpy as np
 from nhtrack.diffdrive import DiffDrive
 from nhtrack.errors import RenderError, SimulationDiverged
 from nhtrack.events import find_events, sentences
+from nhtrack.experiment.compile import compile_once
 from nhtrack.experiment.loop import Progress, Rollout
+from nhtrack.laws.address import runs_as_python
 from nhtrack.metrics import summary
 from nhtrack.recording import Recording, make_recording
 from nhtrack.scenario.build import Experiment, build
@@ -98,6 +100,7 @@ def simulate(scenario: Scenario, stage: Stage | None = None) -> Outcome:
     Raises:
         FeasibilityError: `time: auto`, and no time scale fits.
     """
+    compile_once(stage)
     if scenario.similarity.time == "auto":
         scenario = with_time(scenario, stage("time scale") if stage is not None else None)
     experiment = build(scenario)
@@ -172,7 +175,7 @@ def warnings(scenario: Scenario, experiment: Experiment, twin: Rollout, drive: D
     found = experiment.law.warnings()
     interpreted = experiment.law.kind.entry.interpreted
     if interpreted is not None:
-        found = (*found, f"law {scenario.law.name!r} runs as Python, about a hundred times slower: {interpreted}")
+        found = (*found, f"law {scenario.law.name!r} {runs_as_python(interpreted)}")
     if scenario.backend == "ideal":
         return found
     found = (*found, *stance_warnings(scenario, experiment, drive))
@@ -223,7 +226,9 @@ def _recording(
         "model_hash": scene.hash if scene else "",
         "versions": versions(),
     }
-    return make_recording(main.time, experiment.network.names, variables, attributes | _end(main.failure), main.qpos)
+    attributes |= {} if experiment.law.kind.built_in else {"law": experiment.law.account}
+    attributes |= _end(main.failure)
+    return make_recording(main.time, experiment.network.names, variables, attributes, main.qpos)
 
 
 def _end(failure: SimulationDiverged | None) -> dict[str, str | float]:
