@@ -6,6 +6,7 @@
 
 from __future__ import annotations
 
+import warnings
 from typing import Annotated, Any, NoReturn
 
 import typer
@@ -59,6 +60,7 @@ app = typer.Typer(
 def main() -> None:
     """Runs the command line."""
     gl.withhold()
+    warnings.filterwarnings("ignore", "law .* runs as Python")  # the commands say it themselves
     app()
 
 

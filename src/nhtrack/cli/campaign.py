@@ -9,7 +9,7 @@ import typer
 
 from nhtrack.cli.app import EXIT_INTERRUPTED, app, fail
 from nhtrack.cli.results import Pdf
-from nhtrack.cli.screen import make_table, progress_bars, screen, show_quantity, show_share
+from nhtrack.cli.screen import make_table, print_how_laws_run, progress_bars, screen, show_quantity, show_share
 from nhtrack.cli.studies import Changes
 
 if TYPE_CHECKING:
@@ -39,6 +39,7 @@ def campaign(
     from nhtrack.study.campaign.run import run_campaign, write_report
 
     loaded = load_campaign(file, list(changes or []))
+    print_how_laws_run(loaded.laws.values())
     folder = out or Path("runs") / f"campaign-{loaded.name}"
     try:
         with progress_bars() as stage:

@@ -80,13 +80,17 @@ def run(
 
 def load_scenario(source: str, overrides: list[str]) -> Scenario:
     """Returns the scenario of a file, of a bundled name, or the one a recording was made from."""
-    from nhtrack.scenario.load import load, load_tree
+    from nhtrack.scenario.load import load
 
     if not source.endswith(".nc"):
         return load(source, overrides)
     from nhtrack.recording import Recording
+    from nhtrack.scenario.recorded import load_recorded
 
-    return load_tree(Recording.load(source).scenario, source=source, overrides=overrides)
+    loaded, notes = load_recorded(Recording.load(source), source, overrides)
+    for note in notes:
+        typer.echo(f"note: {note}", err=True)
+    return loaded
 
 
 @app.command()

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable, Iterator
+import sys
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, TypeAlias
 
@@ -12,13 +13,13 @@ if TYPE_CHECKING:
     from rich.console import Console
     from rich.table import Table
 
+    from nhtrack.scenario.law_sections import LawSection
     from nhtrack.study.run import Outcome
 
 # Called with the work done and the whole of it.
 Report: TypeAlias = Callable[[int, int], None]
 
 _EVENTS = 12  # rows of the table of events: more would push what matters off the screen
-_REDRAWS = 200  # a bar moves at most this often, so that reporting costs nothing beside a control period
 
 
 def cores() -> int:
@@ -54,12 +55,21 @@ def progress_bars() -> Iterator[Callable[[str], Report]]:
             task = bars.add_task(name, total=None)
 
             def report(done: int, total: int) -> None:
-                if done == total or done % max(1, total // _REDRAWS) == 0:
-                    bars.update(task, completed=done, total=total)
+                bars.update(task, completed=done, total=total)
 
             return report
 
         yield stage
+
+
+def print_how_laws_run(laws: Iterable[LawSection]) -> None:
+    """Says on stderr which laws cannot be compiled, and why: what is about to be done takes long."""
+    for law in laws:
+        reason = law.kind.entry.interpreted
+        if reason is not None:
+            from nhtrack.laws.address import runs_as_python
+
+            sys.stderr.write(f"warning: law {law.name!r} {runs_as_python(reason)}\n")
 
 
 def print_outcome(outcome: Outcome, console: Console) -> None:

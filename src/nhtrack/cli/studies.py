@@ -10,7 +10,15 @@ import typer
 
 from nhtrack.cli.app import app, fail
 from nhtrack.cli.results import load_scenario
-from nhtrack.cli.screen import escape, make_table, progress_bars, screen, show_quantity, show_share
+from nhtrack.cli.screen import (
+    escape,
+    make_table,
+    print_how_laws_run,
+    progress_bars,
+    screen,
+    show_quantity,
+    show_share,
+)
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -33,9 +41,12 @@ def feasibility(
 ) -> None:
     """Say from the ideal run alone what a scenario asks of wheels and motors, and the time scale that fits."""
     loaded = load_scenario(scenario, list(changes or []))
+    from nhtrack.experiment.compile import compile_once
+    print_how_laws_run([loaded.law])
     from nhtrack.study.feasibility import feasibility as study
 
     with progress_bars() as stage:
+        compile_once(stage)
         found = study(loaded, stage("ideal runs"))
     if as_json:
         typer.echo(json.dumps(found.table, indent=2, allow_nan=False))
@@ -93,6 +104,7 @@ def tune(
         raise typer.BadParameter(str(error), param_hint="--objective") from None
     target = _target(scenario, write, out, force)
     loaded = load_scenario(scenario, list(changes or []))
+    print_how_laws_run([loaded.law])
     from nhtrack.study.tune import tune as study
 
     with progress_bars() as stage:

@@ -14,6 +14,7 @@ import sys
 import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
+from multiprocessing import parent_process
 from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
@@ -67,7 +68,8 @@ def entry_of(kind: LawKind) -> Entry:
         if kind.built_in:
             raise LawCompileError(f"{kind.file}: {error}") from error
         reason = _reason(error, kind)
-    warnings.warn(f"law {kind.name!r} {runs_as_python(reason)}", InterpretedLawWarning, stacklevel=2)
+    if parent_process() is None:  # else a worker, of a process that has said so
+        warnings.warn(f"law {kind.name!r} {runs_as_python(reason)}", InterpretedLawWarning, stacklevel=2)
     init, command = (_SIGNATURE(_interpreted(kind, name)) for name in ("init", "command"))
     addresses = (int(ctypes.cast(function, ctypes.c_void_p).value or 0) for function in (init, command))
     return Entry(next(addresses), next(addresses), reason, (init, command))

@@ -5,6 +5,7 @@
 
     class Memory(NamedTuple):
         turns: int
+        last: tuple[float, float]
 
     def init(gains, period, follower, leader) -> Memory
     def command(gains, period, limits, follower, leader, memory) -> tuple[float, float, Memory]
@@ -89,8 +90,8 @@ class Gain:
     """What there is to know of a gain beside its default; stands in the `Annotated` of its field.
 
     Attributes:
-        unit: its dimension in lengths L and times T, such as "1", "1/T", "1/T^2", "L", "L/T", "1/L^2"; a scenario's
-            similarity scales it by this. "m", "m/s" and "rad" are robot units, which do not scale.
+        unit: its dimension in lengths L and times T, such as "1", "1/T", "1/T^2", "L", "L/T", "1/L^2", "1/(L*T)"; a
+            scenario's similarity scales it by this. "m", "m/s" and "rad" are robot units, which do not scale.
         doc: what it is, one phrase.
         search: where `nhtrack tune` looks for it, low and high, in units of the run's duration (T) and of the
             experiment's size (L); None leaves it as it is.

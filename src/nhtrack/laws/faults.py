@@ -14,6 +14,12 @@ from nhtrack.laws.slots import is_number, is_numbers
 
 Fault = tuple[int, str]
 
+# A gain is a key beside these in the section `law` of a file, and an attribute of its class.
+RESERVED = frozenset({
+    "construct", "copy", "dict", "file", "from_orm", "gains", "json", "kind", "limits", "name", "parse_file",
+    "parse_obj", "parse_raw", "robot_gain", "schema", "schema_json", "update_forward_refs", "validate",
+})  # fmt: skip
+
 SIGNATURES = {
     "command": "command(gains, period, limits, follower, leader, memory) -> (u_x, u_theta, memory)",
     "init": "init(gains, period, follower, leader) -> Memory",
@@ -34,7 +40,7 @@ def contract_faults(module: ModuleType, source: str) -> list[Fault]:
 def _lines(source: str) -> dict[str, int]:
     """Returns the lines of functions and classes by their names, and of the fields of classes as `Class.field`."""
     found = {}
-    for node in ast.parse(source).body:
+    for node in ast.parse(source.lstrip("\ufeff")).body:
         if isinstance(node, (ast.FunctionDef, ast.ClassDef)):
             found[node.name] = node.lineno
         if isinstance(node, ast.ClassDef):
@@ -98,6 +104,8 @@ def _field_faults(kind: Any, field: str, hint: Any) -> Iterator[str]:
         yield f"expected float, int or bool{tuples}, got {_shown(number)}"
         return
     if kind.__name__ == "Gains":
+        if field in RESERVED or field.startswith("model_"):
+            yield "no gain can have this name; it means something else in scenarios"
         default = kind._field_defaults.get(field)
         if default is not None and not isinstance(default, (int, float)):
             yield f"its default is no number: {default!r}"

@@ -16,7 +16,7 @@ from nhtrack.laws.address import Entry, entry_of
 from nhtrack.laws.contract import Gain, Limits
 from nhtrack.laws.faults import contract_faults
 from nhtrack.laws.functions import as_python
-from nhtrack.laws.own_file import LawError
+from nhtrack.laws.own_file import LawError as LawError
 from nhtrack.laws.slots import slots_of
 
 

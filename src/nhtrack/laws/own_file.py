@@ -10,6 +10,8 @@ from types import ModuleType
 
 from nhtrack.errors import NhtrackError
 
+_MARK = "\ufeff"  # that some editors begin a file with
+
 
 class LawError(NhtrackError):
     """A law's file that does not keep the contract of `nhtrack.laws.contract`, or a law that fails while it runs."""
@@ -25,7 +27,7 @@ def read_source(path: str | Path) -> tuple[Path, str]:
     if not file.is_file():
         raise LawError(f"{path}: no such file")
     try:
-        return file, file.read_text(encoding="utf-8")
+        return file, file.read_bytes().decode("utf-8")  # its hash is that of the file: line ends stay
     except (OSError, UnicodeDecodeError) as error:
         raise LawError(f"{file}: cannot be read: {error}") from error
 
@@ -41,7 +43,7 @@ def import_source(file: Path, source: str) -> ModuleType:
     module.__file__ = str(file)
     sys.modules[name] = module  # where type hints look for it
     try:
-        exec(compile(source, str(file), "exec"), module.__dict__)
+        exec(compile(source.lstrip(_MARK), str(file), "exec"), module.__dict__)
     except BaseException as error:
         del sys.modules[name]
         if not isinstance(error, Exception):

@@ -72,11 +72,12 @@ def law_in(path: str | Path) -> LawKind:
     Raises:
         LawError: no such file, it cannot be imported, or it does not keep the contract; with file and line.
     """
-    return _law_in(*read_source(path))
+    return law_of_text(*read_source(path))
 
 
 @lru_cache(maxsize=64)
-def _law_in(file: Path, source: str) -> LawKind:
+def law_of_text(file: Path, source: str) -> LawKind:
+    """Returns the law of a file that has a text, or had it; see `law_in`."""
     return LawKind.of(import_source(file, source), file.stem, source)
 
 

@@ -21,7 +21,9 @@ from pydantic import (
 )
 from pydantic_core import InitErrorDetails
 
-from nhtrack.laws import Gain, LawError, LawKind, law_in, laws
+from nhtrack.laws import Gain, LawError, LawKind, law_in, law_of_text, laws
+from nhtrack.laws.slots import slots_of
+from nhtrack.laws.trial import trial_fault
 from nhtrack.scenario.section import Section, fault
 from nhtrack.similarity import Similarity
 
@@ -63,12 +65,29 @@ class LawSection(Section):
         return gain.choices.index(value) if gain.choices else value
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Returns how to make the section anew in another process, where its class has to be made as well."""
-        return _remade, (self.model_dump(),)
+        """Returns how to make the section anew in another process, where its class has to be made as well.
+
+        A law of one's own takes its text along: its file may have changed by then.
+        """
+        return _remade, (self.model_dump(), self.kind.source if isinstance(self, FileLaw) else None)
+
+    @model_validator(mode="after")
+    def _tried(self) -> Self:
+        """Calls a law that is not the package's own once, with its gains, before anything is run."""
+        kind: LawKind | None = getattr(type(self), "kind", None)
+        if kind is not None and not kind.built_in:
+            limited = getattr(self, "limits", None) is not None
+            said = trial_fault(kind(**self.gains(Similarity())), limited=limited)
+            if said is not None:
+                raise fault(said)
+        return self
 
 
-def _remade(tree: Mapping[str, Any]) -> LawSection:
-    section = section_of_file(tree["file"]) if "file" in tree else law_section(tree["name"])
+def _remade(tree: Mapping[str, Any], source: str | None) -> LawSection:
+    if source is None:
+        section = law_section(tree["name"])
+    else:
+        section = _section_of(law_of_text(Path(tree["file"]), source), own=True)
     return section.model_construct(**_inner(section, tree))
 
 
@@ -161,12 +180,12 @@ def _field(kind: LawKind, name: str, gain: Gain) -> tuple[Any, Any]:
     if gain.choices:
         chosen = default if default is ... else gain.choices[int(default)]
         return Literal[gain.choices], Field(default=chosen, description=gain.doc or name)
-    number = kind.gains.__annotations__[name] in (int, "int")
+    number = next(slot.kind for slot in slots_of(kind.gains) if slot.field == name)
     unit = "".join(_UNITS.get(letter, letter) for letter in gain.unit).replace("scenario length/scenario time", _SPEED)
     return (
-        int if number else float,
+        number,
         Field(
-            default=default,
+            default=number(default) if isinstance(default, (int, float)) else default,
             gt=gain.above,
             ge=gain.least,
             lt=gain.below,
@@ -179,13 +198,14 @@ _SPEED = "scenario length/time"
 
 
 def powers(unit: str) -> tuple[int, int]:
-    """Returns the powers of length and time of a unit such as "L/T^2"; robot units have none."""
+    """Returns the powers of length and time of a unit such as "L/T^2" or "1/(L*T)"; robot units have none."""
     above, _, below = unit.partition("/")
     found = {"L": 0, "T": 0}
-    for text, sign in ((above, 1), (below, -1)):
-        base, _, power = text.partition("^")
-        if base in found:
-            found[base] += sign * int(power or 1)
+    for texts, sign in ((above, 1), (below.strip("()"), -1)):
+        for text in texts.split("*"):
+            base, _, power = text.partition("^")
+            if base in found:
+                found[base] += sign * int(power or 1)
     return found["L"], found["T"]
 
 
@@ -226,8 +246,9 @@ class FileLaw(LawSection):
         try:
             section = section_of_file(file)
         except LawError as error:
-            problem = InitErrorDetails(type=fault(str(error)), loc=("file",), input=file)
-            raise ValidationError.from_exception_data("law", [problem], hide_input=True) from None
+            lines = str(error).splitlines()
+            problems = [InitErrorDetails(type=fault(line), loc=("file",), input=file) for line in lines]
+            raise ValidationError.from_exception_data("law", problems, hide_input=True) from None
         return section.model_validate(data)  # type: ignore[return-value]
 
 

@@ -8,6 +8,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from nhtrack.errors import did_you_mean
+from nhtrack.laws import faulty_laws
 from nhtrack.scenario.tree import Path, lookup
 
 _COMPONENTS = {
@@ -82,6 +83,8 @@ def _message(tree: Any, loc: tuple[str | int, ...], problem: Any) -> str:
     if kind == "literal_error":
         return f"no such choice as {shown(given)}; {did_you_mean(str(given), _choices(context))}"
     if kind == "union_tag_invalid":
+        if context["tag"] in faulty_laws():
+            return str(faulty_laws()[context["tag"]])
         return f"no law called {context['tag']!r}; {did_you_mean(context['tag'], _choices(context))}"
     if kind == "union_tag_not_found":
         return f"expected a section with a `name`, got {shown(given)}"

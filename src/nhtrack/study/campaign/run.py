@@ -16,6 +16,7 @@ import numpy as np
 import pandas as pd
 
 from nhtrack.errors import NhtrackError
+from nhtrack.experiment.compile import compile_once
 from nhtrack.experiment.loop import Progress
 from nhtrack.scenario.build import Experiment
 from nhtrack.scenario.campaign import Campaign
@@ -98,6 +99,7 @@ def run_campaign(
         TuningError: a law to be tuned has no ranges.
     """
     report = stage or (lambda name: lambda done, total: None)
+    compile_once(stage)
     campaign = _claim(campaign, folder, report)
     if tuned_by is not None:
         _take_gains(campaign, tuned_by, folder)
@@ -184,12 +186,20 @@ def _claim(campaign: Campaign, folder: Path, report: Callable[[str], Progress]) 
         held = json.loads(account.read_text())
         if held["asked"] != asked:
             raise CampaignError(f"{folder} holds another campaign; choose another --out")
+        if held.get("laws", {}) != _hashes(campaign):
+            raise CampaignError(f"{folder} was begun with another text of a law's file; choose another --out")
         return _at_time(campaign, float(held["time_scale"]))
     if folder.is_dir() and any(folder.iterdir()):
         raise CampaignError(f"{folder} exists already and holds no campaign; choose another --out")
     campaign = with_time(campaign, report("time scale"))
-    save_json(account, {"asked": asked, "time_scale": campaign.similarity.time_scale, "versions": versions()})
+    begun = {"asked": asked, "time_scale": campaign.similarity.time_scale, "laws": _hashes(campaign)}
+    save_json(account, begun | {"versions": versions()})
     return campaign
+
+
+def _hashes(campaign: Campaign) -> dict[str, str]:
+    """Returns the hashes of the files of laws that are not the package's own, by label."""
+    return {label: law.kind.hash for label, law in campaign.laws.items() if not law.kind.built_in}
 
 
 def with_time(campaign: Campaign, progress: Progress | None = None) -> Campaign:
