@@ -25,6 +25,8 @@ install = if $(BIN)/python -c 'import sys; sys.exit(sys.version_info >= (3, 13))
         grep -v labmaze constraints.txt >$(VENV)/pinned.txt && \
         $(PIP) install --no-deps --requirement $(VENV)/pinned.txt && $(PIP) install --no-deps --editable .; \
     fi
+# Compiles what is not in the cache yet and says so; later runs find it there.
+compile = $(BIN)/python -m nhtrack.experiment.compile
 # Shell command that succeeds where a headless OpenGL draws a picture
 draws = $(BIN)/python -c 'import sys, nhtrack.gl as gl; sys.exit(not any(gl.probe(b).ok for b in ("egl", "osmesa")))'
 # Shell command that succeeds where there is a browser that reports can be tested in
@@ -42,12 +44,15 @@ help:  ## list these commands
 	@sed -n 's/^\([a-z]*\):.*## \(.*\)/  make \1\t\2/p' Makefile | expand -t 16
 
 demo: $(RUNTIME) $(GL)  ## set up, run the paper's first example on wheels, say where its results are
+	@$(compile)
 	@$(BIN)/nhtrack run paper/example1
 
 test: $(DEV) $(GL) $(BROWSER)  ## set up and run the whole test suite
+	@$(compile)
 	@$(BIN)/python -m pytest -q $(PARALLEL)
 
 check: $(DEV)  ## lint, types, import rules and the fast tests
+	@$(compile)
 	@$(BIN)/ruff check --quiet
 	@$(BIN)/mypy --no-error-summary
 	@$(BIN)/lint-imports --no-logo >$(VENV)/lint-imports.txt || { cat $(VENV)/lint-imports.txt; exit 1; }

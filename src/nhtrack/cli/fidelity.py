@@ -33,6 +33,7 @@ def fidelity(
 ) -> None:
     """Measure robots against mechanics and the ideal model; exit 1 where a budget is broken and nothing explains it."""
     from nhtrack.errors import did_you_mean
+    from nhtrack.experiment.compile import compile_once
     from nhtrack.simulation.scene import load_robot
     from nhtrack.study.fidelity.suite import CHECKS, QUICK, run, save, tasks
     from nhtrack.study.folder import claimed_folder
@@ -45,6 +46,7 @@ def fidelity(
     wanted = tasks(robots, checks or (QUICK if quick else None))
     claimed = contextlib.nullcontext() if no_report else claimed_folder("fidelity", out, force)
     with claimed as folder, progress_bars() as stage:
+        compile_once(stage)
         findings = run(wanted, stage("fidelity"))
     if as_json:
         typer.echo(json.dumps([finding.row for finding in findings], indent=2, allow_nan=False))

@@ -34,7 +34,7 @@ from nhtrack.experiment.rows import Rows, write_qpos, write_row
 from nhtrack.laws.law import Law
 from nhtrack.network import Network
 from nhtrack.simulation.engine import LAW as LAW_RAISED
-from nhtrack.simulation.engine import Motion, Place, Wheels, lose, step_simulation
+from nhtrack.simulation.engine import Motion, Place, Wheels, begin, finish, lose, roll_units, step_simulation
 from nhtrack.simulation.flow import Flow, Integrator, step_flow
 from nhtrack.simulation.ideal import IdealSimulation
 from nhtrack.simulation.mujoco import MujocoSimulation
@@ -173,7 +173,9 @@ def _blocks(
             (followers, memories, rows, u_root, done, int(first), int(last), written, simulation)
             for first, last in pairwise(shares)
         ]
-        if len(tasks) == 1:
+        if isinstance(simulation, MujocoSimulation) and simulation.is_fleet:
+            _run_fleet(followers, memories, rows, u_root, done, written, simulation, pool)
+        elif len(tasks) == 1:
             _run_share(*tasks[0], share=0)
         else:
             list(pool.map(lambda task: _run_share(*task[1], share=task[0]), enumerate(tasks)))
@@ -187,6 +189,34 @@ def _blocks(
             progress(min(done, periods), periods)
         size = max(1, round(kept * min(8.0, _PAUSE / max(time.perf_counter() - began, 1e-6))))
     return None
+
+
+def _run_fleet(
+    followers: Followers,
+    memories: Memories,
+    rows: Rows,
+    u_root: np.ndarray,
+    done: int,
+    written: np.ndarray,
+    simulation: MujocoSimulation,
+    pool: ThreadPoolExecutor,
+) -> None:
+    """Runs one simulation of many small models through a block of periods: commands at once, models over threads."""
+    wheels, motion, places = simulation.wheels, simulation.motion, simulation.places
+    shares = np.linspace(0, simulation.units, len(places) + 1).astype(int)
+    u = np.zeros(motion.u.shape[1:])
+    for k in range(len(rows.table)):
+        if not command_fleet(followers, memories, rows, u_root, done, k, written, motion, u):
+            return
+        futures = [
+            pool.submit(roll_units, wheels, place, motion, 0, int(first), int(last))
+            for place, (first, last) in zip(places[1:], list(pairwise(shares))[1:], strict=True)
+        ]
+        roll_units(wheels, places[0], motion, 0, 0, int(shares[1]))
+        for future in futures:
+            future.result()
+        if not finish_fleet(wheels, motion):
+            return
 
 
 def _run_share(
@@ -257,6 +287,33 @@ def run_on_wheels(
                 if not keep_going:
                     break
                 lose(motion, b)
+
+
+@compiled
+def command_fleet(
+    followers: Followers, memories: Memories, rows: Rows, u_root: np.ndarray, done: int, k: int, written: np.ndarray,
+    motion: Motion, u: np.ndarray,
+) -> bool:  # fmt: skip
+    """Commands the robots of one simulation and writes its row; returns whether a period begins."""
+    at_end = done + k == u_root.shape[0]
+    _take_root(u, u_root, done + k - at_end, 0)
+    robot = command_followers(followers, memories, 0, motion.g[0], motion.xi[0], u, make_scratch())
+    if robot >= 0:
+        motion.fault[0, 0], motion.fault[0, 1] = LAW_RAISED, robot
+        return False
+    write_row(
+        rows, k, 0, motion.g[0], motion.xi[0], u, not at_end, memories.tracked[0], motion.telemetry[0],
+        memories.law[0],
+    )  # fmt: skip
+    write_qpos(rows, k, 0, motion.qpos[0])
+    written[0] = k + 1
+    return not at_end and begin(motion, 0, u)
+
+
+@compiled
+def finish_fleet(wheels: Wheels, motion: Motion) -> bool:
+    """Reads the state of one simulation at the end of a period; returns whether all went well."""
+    return finish(wheels, motion, 0)
 
 
 @compiled

@@ -479,6 +479,13 @@ def lose(motion: Motion, b: int) -> None:
 
 
 @compiled
+def roll_units(wheels: Wheels, place: Place, motion: Motion, b: int, first: int, last: int) -> None:
+    """Steps the units [first, last) of one simulation through a control period that has begun."""
+    for unit in range(first, last):
+        roll(wheels, place, motion, b, unit)
+
+
+@compiled
 def step_simulations(
     wheels: Wheels, place: Place, motion: Motion, first: int, last: int, u: np.ndarray, keep_going: bool
 ) -> None:

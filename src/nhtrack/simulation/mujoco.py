@@ -43,7 +43,7 @@ class MujocoSimulation:
         scene: the compiled scene, of all robots or of one of them.
         dt: control period [s], a whole number of physics steps.
         batch: () for one scene, (b,) for b of them side by side.
-        threads: threads that step the batch.
+        threads: threads that step the batch, or the robots of one scene that cannot touch each other.
         spec: of all robots, where the scene is of a single one; robots that cannot touch each other are stepped as
             models of one robot each.
         keep_going: let a simulation of the batch that diverges stand still where it was, so that the others can go on;
@@ -72,7 +72,7 @@ class MujocoSimulation:
         if len(self.spec.bodies) > len(scene.spec.bodies) and self.spec.robot_contact:
             raise ValueError("robots that can touch each other need a scene of all of them")
         self.wheels = make_wheels(scene, self.spec, dt)
-        self._threads = max(1, min(threads, batch[0] if batch else len(self.spec.bodies)))
+        self._threads = max(1, min(threads, batch[0] if batch else self.units))
         self._models = [_stepped(scene.model, self.spec) for _ in range(self._threads)]
         self._datas = [mujoco.MjData(model) for model in self._models]
         self.places = [_place(model, data) for model, data in zip(self._models, self._datas, strict=True)]
@@ -82,6 +82,16 @@ class MujocoSimulation:
     def measured(self) -> bool:
         """Whether there is telemetry."""
         return True
+
+    @property
+    def units(self) -> int:
+        """Models that one simulation steps: one for each robot, or one for all where they can touch."""
+        return len(self.spec.bodies) // len(self.scene.spec.bodies)
+
+    @property
+    def is_fleet(self) -> bool:
+        """Whether the threads share the robots of one simulation, rather than simulations."""
+        return not self.batch and len(self.places) > 1
 
     @property
     def substeps(self) -> int:

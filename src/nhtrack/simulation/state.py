@@ -98,8 +98,7 @@ def joined(start: float, dt: float, begin: State, track: engine.Track, shape: tu
         track: what was driven.
         shape: of the batch.
     """
-    periods = len(track.g)
-    g, xi, rows = (values.reshape(periods, *shape, *values.shape[2:]) for values in track[:3])
-    time = start + np.arange(periods + 1) * dt
+    g, xi, rows = (values.reshape(len(values), *shape, *values.shape[2:]) for values in track[:3])
+    time = start + np.arange(len(g) + 1) * dt
     held = columns.named(rows) if len(rows) else {}
     return Driven(time, np.concatenate([begin.g[None], g]), np.concatenate([begin.xi[None], xi]), held)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import platform
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
@@ -45,6 +46,9 @@ __all__ = [
 
 # What a stage of a run is called on the screen, and a way to report how far it is.
 Stage = Callable[[str], Progress]
+
+# Robots from which on threads gain more than they cost.
+_FLEET = 12
 
 _VERSIONED = ("nhtrack", "mujoco", "numpy", "scipy", "dm-control", "array-api-compat")
 
@@ -113,7 +117,9 @@ def simulate(scenario: Scenario, stage: Stage | None = None) -> Outcome:
         main, scene = twin, None
     else:
         scene = stepped_scene(experiment.scene)
-        main = _roll(MujocoSimulation(scene, experiment.dt, spec=experiment.scene), experiment, stage, "MuJoCo")
+        threads = (os.cpu_count() or 1) if len(experiment.scene.bodies) >= _FLEET else 1
+        simulation = MujocoSimulation(scene, experiment.dt, threads=threads, spec=experiment.scene)
+        main = _roll(simulation, experiment, stage, "MuJoCo")
     recording = _recording(scenario, experiment, drive, main, twin, scene)
     told = [*warnings(scenario, experiment, twin, drive), *sentences(find_events(recording))]
     figures = summary(recording) | {"warnings": told}

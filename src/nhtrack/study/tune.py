@@ -21,6 +21,7 @@ from scipy.stats import qmc
 from nhtrack.arrays import Array
 from nhtrack.diffdrive import DiffDrive
 from nhtrack.errors import NhtrackError
+from nhtrack.experiment.compile import compile_once
 from nhtrack.experiment.loop import Progress
 from nhtrack.scenario.build import build, make_law
 from nhtrack.scenario.law_sections import LawSection, powers
@@ -166,6 +167,7 @@ def tune(
     if budget < 8:
         raise TuningError(f"budget: expected at least 8 candidates, got {budget}")
     objective = objective or Objective(late=1.0)
+    compile_once(stage)
     scenario = with_time(scenario, stage("time scale") if stage is not None else None)
     box = _Box.of(scenario, seed, below_bound)
     trial = _Trial(scenario, box.names, objective, plant_of(scenario))

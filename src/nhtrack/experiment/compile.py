@@ -1,0 +1,89 @@
+"""Compiles all of the package's compiled code, once: at installation, or as the first stage of the first run.
+
+`python -m nhtrack.experiment.compile` does it with a line on the screen for each part.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from nhtrack.compiled import cache_folder, is_complete, mark_complete
+from nhtrack.experiment.loop import rollout
+from nhtrack.laws import Law, LawKind, laws
+from nhtrack.laws.evaluate import first_memories
+from nhtrack.network import Network
+from nhtrack.simulation.ideal import IdealSimulation
+from nhtrack.simulation.mujoco import MujocoSimulation
+from nhtrack.simulation.scene import SceneSpec, make_scene
+from nhtrack.simulation.state import State
+
+_NAMES = ("leader", "follower")
+_DT = 0.01
+
+
+def compile_all(report: Callable[[int, int], None] | None = None) -> None:
+    """Compiles the loop on both models and every law there is, into the cache.
+
+    Args:
+        report: called with the parts done and their number.
+    """
+    kinds = tuple(laws().values())
+    steps: list[Callable[[], None]] = [
+        lambda: _run(IdealSimulation(_NAMES, None, _DT), kinds[0]),
+        lambda: _run(_on_wheels(), kinds[0]),
+        *(lambda kind=kind: _call(kind) for kind in kinds),  # type: ignore[misc]
+    ]
+    for done, step in enumerate(steps):
+        if report is not None:
+            report(done, len(steps))
+        step()
+    if report is not None:
+        report(len(steps), len(steps))
+    mark_complete()
+
+
+def compile_once(stage: Callable[[str], Callable[[int, int], None]] | None) -> None:
+    """Compiles everything if the cache does not hold it yet, as a stage of its own.
+
+    Where no cache can be written nothing is done: what a run needs is compiled when it is needed.
+    """
+    if not is_complete():
+        compile_all(None if stage is None else stage("compiling, once"))
+
+
+def _on_wheels() -> MujocoSimulation:
+    scene = make_scene(SceneSpec(_NAMES, timestep=0.002))
+    return MujocoSimulation(scene, _DT)
+
+
+def _run(simulation: IdealSimulation | MujocoSimulation, kind: LawKind) -> None:
+    """Runs two robots for two periods in every way that compiled code is called."""
+    network = Network.from_parents({"leader": (), "follower": ("leader",)})
+    start = State(0.0, np.array([[0.0, 0.0, 0.0], [-0.5, 0.2, 0.0]]), np.zeros((2, 3)))
+    rollout(simulation, _plain(kind), network, np.zeros((2, 2)), start)
+    simulation.step(np.zeros((2, 2)))
+    simulation.drive_by(np.zeros((1, 2, 2)))
+
+
+def _plain(kind: LawKind) -> Law:
+    """Returns a law with its defaults, and 1 for what has none."""
+    gains = {name: kind.gains._field_defaults.get(name, 1.0) for name in kind.gains._fields}
+    return kind(**gains)
+
+
+def _call(kind: LawKind) -> None:
+    first_memories(_plain(kind), np.zeros((1, 6)), np.zeros((1, 9)))
+
+
+def _main() -> None:
+    where = cache_folder()
+    if is_complete() and where is not None:
+        return
+    print("compiling laws and the control period, once" + ("" if where else " (no folder to keep it in)"), flush=True)
+    compile_all()
+
+
+if __name__ == "__main__":
+    _main()
