@@ -33,6 +33,11 @@ def scenarios_directory() -> Path:
     return _directory("scenarios")
 
 
+def find_example(name: str) -> Path:
+    """Returns a file of examples/, such as `write_a_law/my_law.py`."""
+    return _directory("examples") / name
+
+
 def robots() -> tuple[str, ...]:
     """Returns the names of the bundled robots: the folders of models/ that hold a robot.xml."""
     return tuple(sorted(path.parent.name for path in models_directory().glob("*/robot.xml")))

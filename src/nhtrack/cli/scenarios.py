@@ -72,19 +72,46 @@ def schema(
 
 @app.command()
 def init(
-    path: Annotated[Path, typer.Argument(help="The file to write.")] = Path("scenario.yaml"),
+    path: Annotated[
+        Path | None,
+        typer.Argument(help="The file to write; by default scenario.yaml, or my_law.py.", show_default=False),
+    ] = None,
+    law: Annotated[bool, typer.Option("--law", help="A tracking law of your own, in Python.")] = False,
     force: Annotated[bool, typer.Option("--force", help="Replace the file if it exists.")] = False,
 ) -> None:
-    """Write a commented scenario to start from."""
+    """Write a commented scenario, or with --law a commented law, to start from."""
+    target = path or Path("my_law.py" if law else "scenario.yaml")
+    if law and target.suffix != ".py":
+        raise typer.BadParameter(f"a law is a Python file such as my_law.py, got {target}", param_hint="PATH")
+    if target.exists() and not force:
+        fail(f"error: {target} exists; choose another name, or --force to replace it")
+    _write(target, _law_text() if law else _scenario_text(target))
+    if law:
+        typer.echo(_LAW_WRITTEN.format(path=target))
+    else:
+        typer.echo(f"wrote {target}; run it with: nhtrack run {target}")
+
+
+_LAW_WRITTEN = """wrote {path}; try it with:
+  nhtrack run tour/hello --set "law={{file: {path}}}"
+  nhtrack compare tour/universal kanayama {path}
+and in a scenario of yours, with gains: law: {{file: {path}, k_x: 2}}"""
+
+
+def _law_text() -> str:
+    from nhtrack.assets import find_example
+
+    return find_example("write_a_law/my_law.py").read_text(encoding="utf-8")
+
+
+def _scenario_text(target: Path) -> str:
+    """Returns a scenario that is called as its file."""
     from nhtrack.assets import find_scenario
 
-    if path.exists() and not force:
-        fail(f"error: {path} exists; choose another name, or --force to replace it")
     text = find_scenario("tour/hello").read_text(encoding="utf-8")
-    if re.fullmatch(r"[A-Za-z][\w-]*", path.stem):
-        text = re.sub(r"^name: \S+", f"name: {path.stem}", text, count=1, flags=re.MULTILINE)
-    _write(path, text)
-    typer.echo(f"wrote {path}; run it with: nhtrack run {path}")
+    if re.fullmatch(r"[A-Za-z][\w-]*", target.stem):
+        text = re.sub(r"^name: \S+", f"name: {target.stem}", text, count=1, flags=re.MULTILINE)
+    return text
 
 
 def _write(path: Path, text: str) -> None:

@@ -132,7 +132,8 @@ def load_tree(
 def apply_overrides(tree: Any, overrides: Iterable[str]) -> Any:
     """Returns a copy of a tree with `key.path=value` changes made, each value read as YAML.
 
-    Sections on the way are made where they are missing; a list item must exist.
+    Sections on the way are made where they are missing; a list item must exist. The file of a law starts from the
+    working directory.
 
     Raises:
         ScenarioError: a change that is not of that form, or whose place does not exist.
@@ -141,7 +142,7 @@ def apply_overrides(tree: Any, overrides: Iterable[str]) -> Any:
     for text in overrides:
         try:
             path, value = parse_override(text)
-            _assign(changed, path, value)
+            _assign(changed, path, _from_here(path, value))
         except ValueError as error:
             faults.append(Fault(0, 0, "", f"--set {text}: {error}"))
     if faults:
@@ -163,6 +164,15 @@ def parse_override(text: str) -> tuple[Path, Any]:
         return path, plain_value(value)
     except YAMLError:
         raise ValueError(f"{value!r} is not a YAML value") from None
+
+
+def _from_here(path: Path, value: Any) -> Any:
+    """Returns a value with the file of a law, if it is one, by its full path."""
+    if path == ("law", "file") and isinstance(value, str) and value:
+        return str(FilePath(value).resolve())
+    if path == ("law",) and isinstance(value, dict) and "file" in value:
+        return {**value, "file": _from_here(("law", "file"), value["file"])}
+    return value
 
 
 def _assign(tree: Any, path: Path, value: Any) -> None:
