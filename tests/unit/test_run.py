@@ -79,7 +79,7 @@ def test_mujoco_gl_is_kept_from_mujoco_but_not_from_pictures(monkeypatch: pytest
 
 
 def test_figures_that_cannot_be_drawn_are_left_out(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def wild(*_: object) -> None:
+    def wild(*_: object, **__: object) -> None:
         raise ValueError("Axis limits cannot be NaN or Inf")
 
     monkeypatch.setattr("nhtrack.plots.save_figures", wild)
