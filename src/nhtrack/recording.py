@@ -22,6 +22,8 @@ if TYPE_CHECKING:
 
 FORMAT_VERSION = 1
 
+_LARGE = 10**9  # bytes of a recording that is not saved by way of memory
+
 COMPONENTS: dict[str, tuple[str, ...]] = {
     "pose_component": ("x", "y", "theta"),
     "twist_component": ("v_x", "v_y", "omega"),
@@ -182,8 +184,10 @@ class Recording:
         with atomic_path(target) as temporary:
             data = self.dataset.data_vars
             encoding = {name: {"zlib": True, "complevel": 4} for name in data if data[name].size}
-            # By way of memory: HDF5 does not survive a disk that fills up while it writes.
-            temporary.write_bytes(self.dataset.to_netcdf(engine="h5netcdf", encoding=encoding))
+            if self.dataset.nbytes > _LARGE:  # there was room for it when the run began
+                self.dataset.to_netcdf(temporary, engine="h5netcdf", encoding=encoding)
+            else:  # by way of memory: HDF5 does not survive a disk that fills up while it writes
+                temporary.write_bytes(self.dataset.to_netcdf(engine="h5netcdf", encoding=encoding))
         return target
 
     @classmethod

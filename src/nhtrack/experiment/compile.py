@@ -33,7 +33,7 @@ def compile_all(report: Callable[[int, int], None] | None = None) -> None:
     steps: list[Callable[[], None]] = [
         lambda: _run(IdealSimulation(_NAMES, None, _DT), kinds[0]),
         lambda: _run(_on_wheels(), kinds[0]),
-        *(lambda kind=kind: _call(kind) for kind in kinds),  # type: ignore[misc]
+        *(lambda kind=kind: _call(kind) for kind in kinds),
     ]
     for done, step in enumerate(steps):
         if report is not None:

@@ -5,11 +5,14 @@ A recorder says where rows are to be written, a block of control periods at a ti
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from pathlib import Path
 from typing import NamedTuple, Protocol
 
 import numpy as np
 
 from nhtrack.experiment.rows import BARE, Rows, named
+from nhtrack.experiment.storage import storage
 from nhtrack.simulation import columns
 
 _BLOCK = 16 * 2**20  # bytes of a block of rows that are not kept
@@ -19,7 +22,7 @@ class Shape(NamedTuple):
     """How much a run is.
 
     Attributes:
-        periods: control periods; a run has one row more.
+        periods: control periods.
         simulations: side by side.
         robots: of each.
         telemetry: whether rows have telemetry.
@@ -27,6 +30,7 @@ class Shape(NamedTuple):
         qpos: robots with wheels and coordinates of each; (0, 0) on the ideal model.
         dt: control period [s].
         start: time at the start [s].
+        every: every so many control periods a row is kept; the end of the run always is.
     """
 
     periods: int
@@ -37,6 +41,20 @@ class Shape(NamedTuple):
     qpos: tuple[int, int]
     dt: float
     start: float
+    every: int = 1
+
+    @property
+    def total(self) -> int:
+        """Rows of a whole run."""
+        return self.row_of(self.periods) + 1
+
+    def row_of(self, period: int) -> int:
+        """Returns the number of the first row that is not before the beginning of a period."""
+        return -(-period // self.every)
+
+    def row_after(self, period: int) -> int:
+        """Returns the number of the first row that is of a period or later, where all rows before it are written."""
+        return self.total if period > self.periods else self.row_of(period)
 
     @property
     def columns(self) -> int:
@@ -49,18 +67,24 @@ class Shape(NamedTuple):
         p, size = self.qpos
         return 8 * self.simulations * (self.robots * self.columns + p * size)
 
-    def rows(self, count: int, *, memory: bool, qpos: bool) -> Rows:
-        """Returns room for so many rows."""
+    def rows(self, count: int, *, memory: bool, qpos: bool, empty: Callable[..., np.ndarray] = np.empty) -> Rows:
+        """Returns room for so many rows, made by `empty`."""
         b, n = self.simulations, self.robots
         return Rows(
-            np.empty((count, b, n, self.columns)),
+            empty((count, b, n, self.columns)),
             np.empty((count if memory else 0, b, n, max(self.memory, 1))),
-            np.empty((count if qpos and self.qpos[0] else 0, b, *self.qpos)),
+            empty((count if qpos and self.qpos[0] else 0, b, *self.qpos)),
         )
 
 
 class Recorder(Protocol):
-    """Keeps what a run leaves."""
+    """Keeps what a run leaves.
+
+    Attributes:
+        room: how many rows `space` has at most.
+    """
+
+    room: int
 
     def begin(self, shape: Shape) -> None:
         """Is told how much will come."""
@@ -70,8 +94,8 @@ class Recorder(Protocol):
         """Returns where rows from `first` on are to be written, at most `count` of them."""
         ...
 
-    def add(self, first: int, rows: Rows, lost: np.ndarray) -> None:
-        """Takes rows that have been written, and which simulations are lost by now, shape (b,)."""
+    def add(self, first: int, rows: Rows) -> None:
+        """Takes rows that have been written, from `first` on."""
         ...
 
 
@@ -80,29 +104,32 @@ class FullRecorder:
 
     Args:
         qpos: whether to keep MuJoCo's configurations, for films.
+        folder: where rows may go that memory is too small for; None keeps them in memory.
     """
 
-    def __init__(self, *, qpos: bool = True) -> None:
-        self._qpos, self.count = qpos, 0
+    def __init__(self, *, qpos: bool = True, folder: Path | None = None) -> None:
+        self._qpos, self._folder, self.count = qpos, folder, 0
 
     def begin(self, shape: Shape) -> None:
         """Takes memory for the whole run."""
-        self.shape, self.count = shape, 0
-        self._rows = shape.rows(shape.periods + 1, memory=False, qpos=self._qpos)
+        self.shape, self.count, self.room = shape, 0, shape.total + shape.periods
+        size = shape.row_bytes * shape.total
+        self._rows = shape.rows(shape.total, memory=False, qpos=self._qpos, empty=storage(size, self._folder))
 
     def space(self, first: int, count: int) -> Rows:
         """Returns the rows themselves."""
         table, memory, qpos = self._rows
         return Rows(table[first : first + count], memory, qpos[first : first + count])
 
-    def add(self, first: int, rows: Rows, lost: np.ndarray) -> None:
+    def add(self, first: int, rows: Rows) -> None:
         """Counts the rows."""
         self.count = first + len(rows.table)
 
     @property
     def time(self) -> np.ndarray:
         """Times of the rows [s]."""
-        return self.shape.start + np.arange(self.count) * self.shape.dt
+        periods = np.minimum(np.arange(self.count) * self.shape.every, self.shape.periods)
+        return self.shape.start + periods * self.shape.dt
 
     @property
     def variables(self) -> dict[str, np.ndarray]:
@@ -122,7 +149,7 @@ class Streaming:
     def begin(self, shape: Shape) -> None:
         """Takes memory for a block of rows."""
         self.shape = shape
-        count = max(2, min(shape.periods + 1, _BLOCK // (shape.row_bytes + 8 * shape.simulations * shape.memory)))
+        count = self.room = max(2, min(shape.total, _BLOCK // (shape.row_bytes + 8 * shape.simulations * shape.memory)))
         self._rows = shape.rows(count, memory=True, qpos=False)
 
     def space(self, first: int, count: int) -> Rows:
@@ -130,10 +157,10 @@ class Streaming:
         table, memory, qpos = self._rows
         return Rows(table[:count], memory[:count], qpos)
 
-    def add(self, first: int, rows: Rows, lost: np.ndarray) -> None:
+    def add(self, first: int, rows: Rows) -> None:
         """Looks at the rows."""
-        self.take(first, rows, lost)
+        self.take(first, rows)
 
-    def take(self, first: int, rows: Rows, lost: np.ndarray) -> None:
+    def take(self, first: int, rows: Rows) -> None:
         """Looks at rows from `first` on; they are gone afterwards."""
         raise NotImplementedError

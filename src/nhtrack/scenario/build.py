@@ -10,7 +10,7 @@ import numpy as np
 from nhtrack.errors import SimulationDiverged
 from nhtrack.experiment.followers import Tracking
 from nhtrack.experiment.loop import Progress, Rollout, Simulation, rollout, run
-from nhtrack.experiment.recorder import Recorder
+from nhtrack.experiment.recorder import FullRecorder, Recorder
 from nhtrack.ground import Patch
 from nhtrack.laws import Law, Limits
 from nhtrack.network import Network
@@ -41,6 +41,7 @@ class Experiment:
         dt: control period [s].
         similarity: scenario units to the robot's.
         scene: what to compose for MuJoCo.
+        every: every so many control periods a row is kept.
     """
 
     network: Network
@@ -51,13 +52,20 @@ class Experiment:
     dt: float
     similarity: Similarity
     scene: SceneSpec
+    every: int = 1
 
     def rollout(
-        self, simulation: Simulation, progress: Progress | None = None, batch: tuple[int, ...] = ()
+        self,
+        simulation: Simulation,
+        progress: Progress | None = None,
+        batch: tuple[int, ...] = (),
+        recorder: FullRecorder | None = None,
     ) -> Rollout:
         """Returns the run of this experiment in a simulation; in a batch of them, all from the same start."""
         start = State(self.start.t, *(np.broadcast_to(x, (*batch, *x.shape)) for x in (self.start.g, self.start.xi)))
-        return rollout(simulation, self.law, self.network, self.inputs, start, self.tracking, progress)
+        return rollout(
+            simulation, self.law, self.network, self.inputs, start, self.tracking, progress, recorder, self.every
+        )
 
     def record(self, simulation: Simulation, recorder: Recorder, threads: int = 1) -> SimulationDiverged | None:
         """Runs this experiment in a simulation and returns why it ended early, or None; see `run`."""
@@ -87,6 +95,7 @@ def build(scenario: schema.Scenario) -> Experiment:
         dt=dt,
         similarity=similarity,
         scene=make_scene_spec(scenario),
+        every=scenario.record.every,
     )
 
 

@@ -360,6 +360,17 @@ class Follower(Section):
     start: Start = Field(description="where it begins")
 
 
+class Record(Section):
+    """What of a run is kept."""
+
+    every: int = Field(
+        default=1,
+        ge=1,
+        description="every so many control periods a row is kept, and one at the end; what wheels did is then told of "
+        "the period before each row only [1]",
+    )
+
+
 class Video(Section):
     """How the film of the run is made."""
 
@@ -418,6 +429,7 @@ class Scenario(Section):
         "paper; `exact` with the attitude's motion",
     )
     law: Law = Field(description="the law every follower obeys, with gains in scenario units")
+    record: Record = Field(default=Record(), description="what of the run is kept")
     video: Video = Field(default=Video(), description="how the film of the run is made")
 
     @property

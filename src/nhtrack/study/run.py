@@ -16,6 +16,8 @@ from nhtrack.errors import RenderError, SimulationDiverged
 from nhtrack.events import find_events, sentences
 from nhtrack.experiment.compile import compile_once
 from nhtrack.experiment.loop import Progress, Rollout
+from nhtrack.experiment.recorder import FullRecorder, Shape
+from nhtrack.experiment.storage import storage
 from nhtrack.laws.address import runs_as_python
 from nhtrack.metrics import summary
 from nhtrack.recording import Recording, make_recording
@@ -47,6 +49,8 @@ __all__ = [
 # What a stage of a run is called on the screen, and a way to report how far it is.
 Stage = Callable[[str], Progress]
 
+# MuJoCo's coordinates of one robot, about.
+_COORDINATES = 9
 # Robots from which on threads gain more than they cost.
 _FLEET = 12
 
@@ -91,7 +95,7 @@ def run(scenario: Scenario | str | Path) -> Recording:
 
 
 @np.errstate(over="ignore", invalid="ignore")  # a twin that diverges leaves numbers too large to square
-def simulate(scenario: Scenario, stage: Stage | None = None) -> Outcome:
+def simulate(scenario: Scenario, stage: Stage | None = None, folder: Path | None = None) -> Outcome:
     """Returns the outcome of a scenario and its ideal twin, in memory.
 
     The twin runs first, its own closed loop on the ideal integrator, through the same rollout with the same sampled
@@ -100,17 +104,20 @@ def simulate(scenario: Scenario, stage: Stage | None = None) -> Outcome:
     Args:
         scenario: what to run.
         stage: called with the name of each stage; returns what to report its progress to.
+        folder: where rows may go that memory is too small for.
 
     Raises:
+        RoomError: there is no room for the rows; nothing is run.
         FeasibilityError: `time: auto`, and no time scale fits.
     """
     compile_once(stage)
     if scenario.similarity.time == "auto":
         scenario = with_time(scenario, stage("time scale") if stage is not None else None)
     experiment = build(scenario)
+    storage(_bytes(experiment), folder)  # told before anything runs
     drive = plant_of(scenario)
     ideal = IdealSimulation(experiment.network.names, drive, experiment.dt, experiment.scene.ground)
-    twin = _roll(ideal, experiment, stage, "ideal twin")
+    twin = _roll(ideal, experiment, stage, "ideal twin", folder)
     if twin.interrupted:
         raise KeyboardInterrupt  # before the run proper began: there is nothing to keep
     if scenario.backend == "ideal":
@@ -119,7 +126,7 @@ def simulate(scenario: Scenario, stage: Stage | None = None) -> Outcome:
         scene = stepped_scene(experiment.scene)
         threads = (os.cpu_count() or 1) if len(experiment.scene.bodies) >= _FLEET else 1
         simulation = MujocoSimulation(scene, experiment.dt, threads=threads, spec=experiment.scene)
-        main = _roll(simulation, experiment, stage, "MuJoCo")
+        main = _roll(simulation, experiment, stage, "MuJoCo", folder)
     recording = _recording(scenario, experiment, drive, main, twin, scene)
     told = [*warnings(scenario, experiment, twin, drive), *sentences(find_events(recording))]
     figures = summary(recording) | {"warnings": told}
@@ -159,7 +166,7 @@ def run_scenario(
         OutputError: the folder has files in it, or cannot be written to; nothing is run.
     """
     with claimed_folder(scenario.name, out, overwrite) as folder:
-        outcome = simulate(scenario, stage)
+        outcome = simulate(scenario, stage, folder)
     clear(folder)
     files = [outcome.recording.save(folder / "recording.nc"), save_json(folder / "summary.json", outcome.summary)]
     skipped: list[str] = []
@@ -191,10 +198,21 @@ def warnings(scenario: Scenario, experiment: Experiment, twin: Rollout, drive: D
 
 
 def _roll(
-    simulation: IdealSimulation | MujocoSimulation, experiment: Experiment, stage: Stage | None, name: str
+    simulation: IdealSimulation | MujocoSimulation,
+    experiment: Experiment,
+    stage: Stage | None,
+    name: str,
+    folder: Path | None,
 ) -> Rollout:
     progress = stage(name) if stage is not None else None
-    return experiment.rollout(simulation, progress)
+    return experiment.rollout(simulation, progress, recorder=FullRecorder(folder=folder))
+
+
+def _bytes(experiment: Experiment) -> int:
+    """Returns how many bytes the rows of a run and of its twin take."""
+    robots = len(experiment.network)
+    rows = Shape(len(experiment.inputs), 1, robots, True, 0, (robots, _COORDINATES), 0.0, 0.0, experiment.every)
+    return 2 * rows.row_bytes * rows.total
 
 
 def _bounds(twin: Rollout) -> tuple[float, float, float, float]:

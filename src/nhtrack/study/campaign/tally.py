@@ -54,8 +54,8 @@ class Tally(Streaming):
         self._utilisation, self._saturated = np.zeros(runs), np.zeros(runs)
         self._effort, self._switches = np.zeros((runs, 2)), np.zeros(runs, dtype=np.intp)
 
-    def take(self, first: int, rows: Rows, lost: Array) -> None:
-        """Takes a block of rows; of a run that is lost by then, those before it was."""
+    def take(self, first: int, rows: Rows) -> None:
+        """Takes a block of rows; of a run that is lost, those before it was."""
         held = named(rows.table[:, :, _FOLLOWER])
         running = ~np.isnan(held["wheel_speed"][..., 0])  # what is lost has no telemetry
         self._watch_errors(first, held["error"])
