@@ -1,0 +1,36 @@
+"""A law that remembers what it saw, and runs that tell it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from nhtrack.experiment.followers import Tracking
+from nhtrack.experiment.loop import run
+from nhtrack.experiment.recorder import Streaming
+from nhtrack.experiment.rows import Rows
+from nhtrack.laws import law_in
+from nhtrack.network import Network
+from nhtrack.simulation.ideal import IdealSimulation
+from nhtrack.simulation.state import State
+
+LAWS = Path(__file__).parent / "laws"
+ECHO = law_in(LAWS / "echo.py")
+
+
+class _Seen(Streaming):
+    """Keeps the law's memory."""
+
+    def take(self, first: int, rows: Rows, lost: np.ndarray) -> None:
+        self.memories = [*getattr(self, "memories", ()), *rows.memory[:, 0].copy()]
+
+
+def watch(
+    network: Network, inputs: np.ndarray, start: State, dt: float, tracking: Tracking | None = None
+) -> dict[str, np.ndarray]:
+    """What followers saw in each period and at the end, (t, n) by the names of the memory of `tests/laws/echo.py`."""
+    recorder = _Seen()
+    failure = run(IdealSimulation(network.names, None, dt), ECHO(), network, inputs, start, recorder, tracking)
+    assert failure is None
+    return dict(zip(ECHO.memory._fields, np.moveaxis(np.array(recorder.memories), -1, 0), strict=True))
