@@ -11,9 +11,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import tolerances as tol
+from array_laws import Leader, Robots
 from nhtrack import se2
-from nhtrack.control import Leader, Robots
-from nhtrack.control.relative import adjoint_attitude, relative_motion
+from nhtrack.laws.contract import Follower
+from nhtrack.laws.contract import Leader as OneLeader
+from nhtrack.laws.relative_motion import Relative, adjoint_attitude, relative_motion
 from nhtrack.simulation.ideal import propagate
 
 PI = math.pi
@@ -48,8 +50,13 @@ def pairs(draw_: st.DrawFn) -> Pair:
     return Pair(numbers[:, :3] * [1.0, 1.0, 0.7], xi, numbers[:, 5:])
 
 
+def relative(follower: Robots, leader: Leader) -> Relative:
+    return relative_motion(Follower(*follower.g, *follower.xi), OneLeader(*leader.g, *leader.xi, *leader.u), 0, 0.25)
+
+
 def relative_twist(pair: Pair, t: float) -> np.ndarray:
-    return np.asarray(relative_motion(*pair.at(t), np.array(0.0), 0.25).xi)
+    seen = relative(*pair.at(t))
+    return np.array([seen.v_x, seen.v_y, seen.omega])
 
 
 @given(pairs())
@@ -61,11 +68,10 @@ def test_lemma_2_and_the_dynamics_of_the_relative_motion(pair: Pair) -> None:
         robot, ahead = pair.at(t)
         return np.asarray(se2.Ad_inverse(se2.between(ahead.g, robot.g), held))
 
-    relative = relative_motion(follower, leader, np.array(0.0), 0.25)
-    bracket = se2.ad(follower.xi, relative.xi)
+    bracket = se2.ad(follower.xi, relative_twist(pair, 0.0))
     found = (carried(STEP) - carried(-STEP)) / (2 * STEP)
     np.testing.assert_allclose(found, bracket, atol=tol.VIRTUAL_TWIST)
-    expected = pair.force[1] - se2.Ad_inverse(relative.g, leader.u) - bracket
+    expected = pair.force[1] - se2.Ad_inverse(se2.between(leader.g, follower.g), leader.u) - bracket
     found = (relative_twist(pair, STEP) - relative_twist(pair, -STEP)) / (2 * STEP)
     np.testing.assert_allclose(found, expected, atol=tol.VIRTUAL_TWIST)
 
@@ -86,9 +92,9 @@ def test_lemma_3_relative_twist_is_the_rate_of_the_relative_pose(pair: Pair) -> 
 def test_lemma_4_at_the_adjoint_attitude_the_relative_motion_has_no_lateral_part(pair: Pair) -> None:
     """v_y01 = 0 for a follower without lateral velocity whose heading is theta~01."""
     follower, leader = pair.at(0.0)
-    attitude = adjoint_attitude(relative_motion(follower, leader, None, 0.25), 0.0)
-    turned = follower._replace(g=np.array([*follower.g[:2], leader.g[2] + float(attitude)]))
-    lateral = relative_motion(turned, leader, None, 0.25).xi[1]
+    attitude = adjoint_attitude(relative(follower, leader), 0.0)
+    turned = follower._replace(g=np.array([*follower.g[:2], leader.g[2] + attitude]))
+    lateral = relative(turned, leader).v_y
     assert abs(lateral) <= 100 * tol.ALGEBRA
 
 
@@ -116,8 +122,8 @@ def test_theorem_1_s_frame_does_not_have_the_twist_its_proof_gives_it() -> None:
 
     def frame(t: float) -> np.ndarray:
         robot, ahead = pair.at(t)
-        attitude = adjoint_attitude(relative_motion(robot, ahead, None, 0.25), 0.0)
-        return np.array([*robot.g[:2], ahead.g[2] + float(attitude)])
+        attitude = adjoint_attitude(relative(robot, ahead), 0.0)
+        return np.array([*robot.g[:2], ahead.g[2] + attitude])
 
     twist = np.asarray(se2.log(se2.between(frame(-STEP), frame(STEP)))) / (2 * STEP)
     theta_e = pair.g[1, 2] - frame(0.0)[2]
@@ -133,7 +139,7 @@ def test_adjoint_attitude_jumps_by_pi_where_the_carried_velocity_turns_back() ->
     leader, angles = Leader(np.zeros(3), np.array([1.0, 0.0, 0.5]), np.zeros(3)), []
     for y in (2.0 - 1e-9, 2.0 + 1e-9):
         follower = Robots(np.array([1.0, y, 0.0]), np.zeros(3))
-        angles.append(float(adjoint_attitude(relative_motion(follower, leader, None, 0.25), 0.0)))
+        angles.append(adjoint_attitude(relative(follower, leader), 0.0))
     assert angles[0] - angles[1] == pytest.approx(PI, abs=1e-8)
 
 

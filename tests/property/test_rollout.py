@@ -15,8 +15,8 @@ import independent
 import tolerances as tol
 from drives import DRIVE
 from nhtrack.assets import find_scenario
-from nhtrack.control import Published
-from nhtrack.rollout import Rollout, rollout
+from nhtrack.experiment.loop import Rollout, rollout
+from nhtrack.laws import Law
 from nhtrack.scenario import schema
 from nhtrack.scenario.build import Experiment, build
 from nhtrack.scenario.load import load
@@ -48,10 +48,10 @@ def path_length(positions: np.ndarray) -> np.ndarray:
     return np.hypot(*np.moveaxis(np.diff(positions, axis=0), -1, 0)).sum(axis=0)
 
 
-def paper_law(law: object) -> independent.PaperLaw:
-    assert isinstance(law, Published)
-    bracket, zones = law.variant == "full", (law.dead_zone_length, law.dead_zone_speed)
-    return independent.PaperLaw(law.kp, law.kd, law.ke, law.k, bracket, False, *zones)
+def paper_law(law: Law) -> independent.PaperLaw:
+    assert law.kind.name == "published"
+    kp, kd, ke, k, variant, _, *zones = law.gains
+    return independent.PaperLaw(kp, kd, ke, k, variant == 1, False, *zones)
 
 
 def robots_at_start(experiment: Experiment) -> np.ndarray:
@@ -130,9 +130,8 @@ def test_sampled_law_tends_to_the_continuous_law_at_first_order(
         given = scenario(name).model_copy(update={"control_rate": rate, "duration": until})
         experiment = build(given)
         # Dead zones are steps in the law; which period sees one is a matter of chance.
-        experiment = replace(
-            experiment, law=replace(experiment.law, dead_zone_length=0.0, dead_zone_speed=0.0)
-        )  # type: ignore[type-var]
+        gains = experiment.law.gains._replace(dead_zone_length=0.0, dead_zone_speed=0.0)
+        experiment = replace(experiment, law=replace(experiment.law, gains=gains))
         every = round(rate / rates[0])
         done = roll(experiment)
         if rate == rates[0]:

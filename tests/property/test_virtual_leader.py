@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import array_api_strict
@@ -14,10 +14,13 @@ from hypothesis import strategies as st
 
 import strategies as draw
 import tolerances as tol
+from array_laws import Leader, displace, fold
 from nhtrack import se2
-from nhtrack.control import Leader
-from nhtrack.control.virtual_leader import HYSTERESIS, VirtualLeader, VirtualMemory, displace, fold
+from nhtrack.experiment.followers import Tracking
+from nhtrack.laws.virtual_leader import HYSTERESIS
 from nhtrack.network import Network, equal_weights
+from nhtrack.simulation.state import State
+from watching import watch
 
 PI = math.pi
 STEP = 1e-4  # [s] of the central differences
@@ -67,12 +70,6 @@ def wheel_leader(g: np.ndarray, v: np.ndarray, omega: np.ndarray, u_x: float = 0
     return Leader(g, np.stack(np.broadcast_arrays(v, zero, omega), axis=-1), u)
 
 
-def random_leaders(shape: tuple[int, ...], seed: int = 0) -> Leader:
-    rng = np.random.default_rng(seed)
-    g, xi, u = rng.uniform(-2.0, 2.0, (3, *shape, 3))
-    return Leader(g, xi * [1, 0, 1], u * [1, 0, 1])
-
-
 coefficients = st.tuples(*[st.floats(-2.0, 2.0)] * 3)
 motions = st.tuples(*[coefficients] * 4).map(lambda rows: Motion(np.array(rows)))
 shares = st.floats(0.0, 1.0)
@@ -114,22 +111,25 @@ def test_exact_twist_and_acceleration_are_differences_of_the_fold(
     np.testing.assert_allclose(at(0.0).u, slope(lambda t: at(t).xi), atol=10 * tol.VIRTUAL_TWIST * scale)
 
 
-def three_parents(t: float, seed: int) -> Leader:
-    rng = np.random.default_rng(seed)
-    return Motion(rng.uniform(-1.0, 1.0, (4, 1, 3, 3)) * np.array([1.0, 1.0, 0.5])).at(t)
+def folded(parents: list[Leader], weights: Sequence[float], combination: str) -> Leader:
+    """The fold of parents, headings less than pi apart."""
+    leader = parents[0]
+    for other, weight in zip(parents[1:], weights, strict=True):
+        leader, _ = fold(leader, other, weight, combination, None)
+    return leader
 
 
 @pytest.mark.parametrize("seed", range(5))
 def test_exact_twist_of_several_folds_and_a_place(seed: int) -> None:
     """What a follower of three parents tracks in a formation moves as its twist says, thetabar included."""
-    virtual = VirtualLeader(np.array([[0.3, 0.6]]), np.array([[-1.0, 0.7]]), 0.01, "exact", "exact")
-    memory = virtual.init(three_parents(0.0, seed))
+    rng = np.random.default_rng(seed)
+    parents = [Motion(rows) for rows in rng.uniform(-1.0, 1.0, (3, 4, 3)) * np.array([1.0, 1.0, 0.5])]
 
     def at(t: float) -> Leader:
-        return virtual(three_parents(t, seed), memory)[0]
+        return displace(folded([each.at(t) for each in parents], [0.3, 0.6], "exact"), [-1.0, 0.7], "exact", 0.0)[0]
 
     np.testing.assert_allclose(at(0.0).xi, difference(lambda t: at(t).g), atol=tol.VIRTUAL_TWIST)
-    assert np.abs(at(0.0).xi[..., 1]).max() == 0.0
+    assert at(0.0).xi[1] == 0.0
 
 
 @given(motions, motions, shares, combinations)
@@ -310,32 +310,6 @@ def test_fold_changes_its_side_once_and_late() -> None:
     assert 0 < steps[jumps[0] + 1] - (PI + HYSTERESIS) <= steps[1]
 
 
-@pytest.mark.parametrize("combination", TWISTS)
-def test_robots_with_fewer_parents_behave_as_alone(combination: str) -> None:
-    """Padded to the level's largest number of parents, to the last bit; from one parent to eight."""
-    names = [f"r{i}" for i in range(9)]
-    parents = {"r0": (), **{name: ("r0",) for name in names[1:]}}
-    parents |= {f"f{m}": tuple(names[:m]) for m in range(1, 9) if m != 1}
-    parents["f1"] = ("r3",)
-    parents["f9"] = ("r1", "r2")
-    network = Network.from_parents(parents, {"f9": (0.3,), "f8": tuple(np.linspace(0.1, 0.7, 7))})
-    robots = np.array([network.names.index(f"f{m}") for m in range(1, 10)])
-    leaders, memory = random_leaders((5, len(network))), []
-    together, weights = network.folds(robots)
-    assert together.shape == (9, 8)
-    virtual = VirtualLeader(weights, np.zeros((9, 2)), 0.01, combination)  # type: ignore[arg-type]
-    seen = Leader(*(values[:, together] for values in leaders))
-    memory = virtual.init(seen)
-    found, _ = virtual(seen, memory)
-    for i, robot in enumerate(robots):
-        own, weight = network.folds(np.array([robot]))
-        alone = VirtualLeader(weight, np.zeros((1, 2)), 0.01, combination)  # type: ignore[arg-type]
-        seen_alone = Leader(*(values[:, own] for values in leaders))
-        expected, _ = alone(seen_alone, alone.init(seen_alone))
-        for values, one in zip(found, expected, strict=True):
-            np.testing.assert_array_equal(values[:, i], one[:, 0])
-
-
 @pytest.mark.parametrize("count", range(1, 9))
 @pytest.mark.parametrize("combination", TWISTS)
 def test_equal_weights_give_every_parent_the_same_share(count: int, combination: str) -> None:
@@ -344,43 +318,10 @@ def test_equal_weights_give_every_parent_the_same_share(count: int, combination:
     g = np.stack([0.3 * np.arange(count), rng.uniform(-5, 5, count), np.full(count, 0.8)], axis=-1)
     parents = Leader(g, np.zeros((count, 3)), np.zeros((count, 3)))
     parents.xi[:, 0], parents.u[:, 0] = rng.uniform(-1, 1, (2, count))
-    virtual = VirtualLeader(np.array([equal_weights(count)]), np.zeros((1, 2)), 0.01, combination)  # type: ignore[arg-type]
-    one = Leader(*(values[None] for values in parents))
-    found, _ = virtual(one, virtual.init(one))
+    each = [Leader(*(values[i] for values in parents)) for i in range(count)]
+    found = folded(each, equal_weights(count), combination)
     for values, given_ in zip(found, parents, strict=True):
-        np.testing.assert_allclose(values[0], given_.mean(axis=0), atol=tol.HAND)
-
-
-@pytest.mark.parametrize("combination", TWISTS)
-@pytest.mark.parametrize("transform", ["printed", "exact"])
-@pytest.mark.parametrize("shape", [(), (1,), (6,), (2, 3), (0,)])
-def test_batch_is_exactly_its_members(combination: str, transform: str, shape: tuple[int, ...]) -> None:
-    rng = np.random.default_rng(4)
-    weights, offsets = rng.uniform(0, 1, (3, 2)), rng.uniform(-2, 2, (3, 2))
-    offsets[1] = 0.0  # one robot without a place of its own
-    virtual = VirtualLeader(weights, offsets, 0.01, combination, transform)  # type: ignore[arg-type]
-    parents, later = random_leaders((*shape, 3, 3)), random_leaders((*shape, 3, 3), seed=1)
-    _, memory = virtual(parents, virtual.init(parents))
-    found, after = virtual(later, memory)
-    for index in np.ndindex(*shape):
-        one, two = (Leader(*(values[index] for values in each)) for each in (parents, later))
-        _, alone = virtual(one, virtual.init(one))
-        expected, alone = virtual(two, alone)
-        for values, value in zip(found, expected, strict=True):
-            np.testing.assert_array_equal(values[index], value)
-        np.testing.assert_array_equal(after.rate[index], alone.rate)
-
-
-def test_virtual_leader_needs_the_array_api_only() -> None:
-    xp, rng = array_api_strict, np.random.default_rng(5)
-    weights, offsets, parents = rng.uniform(0, 1, (2, 1)), rng.uniform(-2, 2, (2, 2)), random_leaders((4, 2, 2))
-    plain = VirtualLeader(weights, offsets, 0.01, "exact", "exact")
-    strict = VirtualLeader(xp.asarray(weights), xp.asarray(offsets), 0.01, "exact", "exact")
-    given_ = Leader(*(xp.asarray(np.ascontiguousarray(values)) for values in parents))
-    for values, expected in zip(
-        strict(given_, strict.init(given_))[0], plain(parents, plain.init(parents))[0], strict=True
-    ):
-        np.testing.assert_allclose(np.asarray(values), expected, atol=tol.HAND)
+        np.testing.assert_allclose(values, given_.mean(axis=0), atol=tol.HAND)
 
 
 # -- places in a formation --------------------------------------------------------------------------
@@ -479,29 +420,31 @@ def test_printed_transform_is_not_a_difference_of_the_place() -> None:
     assert abs(rate) > 0.1
 
 
+def seen_in_loop(dt: float) -> tuple[Leader, Leader]:
+    """What a follower in a place tracks in two periods, the second at t = 0.7."""
+    before, now = circling(0.7 - dt, OFFSET)[0], circling(0.7, OFFSET)[0]
+    network = Network.from_parents({"leader": (), "follower": ("leader",)})
+    start = State(0.0, np.stack([before.g, before.g]), np.stack([before.xi, np.zeros(3)]))
+    tracking = Tracking(np.stack([np.zeros(2), OFFSET]), "exact", "exact")
+    seen = watch(network, np.stack([before.u, now.u])[:, ::2], start, dt, tracking)
+    names = (("x", "y", "theta"), ("v_x", "v_y", "omega"), ("u_x", "u_y", "u_theta"))
+    first, second = (Leader(*(np.array([seen[name][k, 1] for name in part]) for part in names)) for k in (0, 1))
+    return first, second
+
+
 def test_second_rate_of_thetabar_is_met_at_first_order() -> None:
     """u_theta,a - u_theta,c is thetabar' less that of the period before, over dt: its error halves with dt."""
-    errors = []
-    for dt in (0.02, 0.01, 0.005):
-        virtual = VirtualLeader(np.zeros((1, 0)), OFFSET[None], dt, "exact", "exact")
-        before, (now, expected) = circling(0.7 - dt, OFFSET)[0], circling(0.7, OFFSET)
-        seen = [Leader(*(values[None, None] for values in leader)) for leader in (before, now)]
-        _, memory = virtual(seen[0], virtual.init(seen[0]))
-        found, _ = virtual(seen[1], memory)
-        printed = displace(now, OFFSET, "printed", 0.0)[0]
-        errors.append(float(found.u[0, 2] - printed.u[2] - expected))
+    leader, expected = circling(0.7, OFFSET)
+    steps = (0.02, 0.01, 0.005)
+    errors = [float(seen_in_loop(dt)[1].u[2] - leader.u[2] - expected) for dt in steps]
     assert abs(errors[0]) > 1e-3
     np.testing.assert_allclose(np.array(errors[:-1]) / errors[1:], 2.0, atol=tol.ORDER)
 
 
 def test_first_period_has_no_second_rate() -> None:
     """There is no period before: thetabar'' starts at 0."""
-    virtual = VirtualLeader(np.zeros((1, 0)), OFFSET[None], 0.01, "exact", "exact")
-    leader = circling(0.7, OFFSET)[0]
-    seen = Leader(*(values[None, None] for values in leader))
-    found, memory = virtual(seen, virtual.init(seen))
-    np.testing.assert_array_equal(found.u[0], displace(leader, OFFSET, "printed", 0.0)[0].u)
-    assert memory.rate is not None
+    leader = circling(0.7 - 0.01, OFFSET)[0]
+    np.testing.assert_array_equal(seen_in_loop(0.01)[0].u, displace(leader, OFFSET, "printed", 0.0)[0].u)
 
 
 # -- places: leaders at rest, turning in place, turning back ----------------------------------------
@@ -556,25 +499,13 @@ def test_thetabar_is_noise_within_its_dead_zone(speed: float) -> None:
         assert rate == pytest.approx((0.6 * 0.4 - 0.8 * 0.1) / speed, rel=tol.HAND)
 
 
-def test_memory_without_places_keeps_no_rate() -> None:
-    parents = random_leaders((2, 2))
-    virtual = VirtualLeader(np.full((2, 1), 0.5), np.zeros((2, 2)), 0.01, "exact", "exact")
-    _, memory = virtual(parents, virtual.init(parents))
-    assert isinstance(memory, VirtualMemory)
-    assert memory.rate is None
-
-
 def test_offsets_of_the_paper_s_formation_make_a_diamond() -> None:
     """Slip 7: edges 0-1, 0-2, 1-3, 2-3 at equal shares put robot 3 behind the leader, 30 m, on its axis."""
     leader = wheel_leader(np.array([0.0, 0.0, 0.0]), np.array(1.0), np.array(0.0))
-    seen = Leader(*(np.stack([values, values])[:, None] for values in leader))
-    flank = VirtualLeader(np.zeros((2, 0)), np.array([[-15.0, 15.0], [-15.0, -15.0]]), 0.01)
-    flanks, _ = flank(seen, flank.init(seen))
-    rear = VirtualLeader(np.array([equal_weights(2)]), np.array([[-15.0, 0.0]]), 0.01)
-    pair = Leader(*(values[None] for values in flanks))
-    last, _ = rear(pair, rear.init(pair))
-    np.testing.assert_allclose(last.g, [[-30.0, 0.0, 0.0]], atol=tol.HAND)
-    np.testing.assert_allclose(last.xi, [[1.0, 0.0, 0.0]], atol=tol.HAND)
+    flanks = [displace(leader, np.array([-15.0, y]), "printed", 0.0)[0] for y in (15.0, -15.0)]
+    last, _ = displace(folded(flanks, equal_weights(2), "convex"), np.array([-15.0, 0.0]), "printed", 0.0)
+    np.testing.assert_allclose(last.g, [-30.0, 0.0, 0.0], atol=tol.HAND)
+    np.testing.assert_allclose(last.xi, [1.0, 0.0, 0.0], atol=tol.HAND)
 
 
 # -- the derivative of the right Jacobian -----------------------------------------------------------
