@@ -1,0 +1,87 @@
+"""Prints what batches on wheels achieve, against an open loop of `mujoco.batch` driven by the same torques.
+
+    python benchmarks/batches.py [--simulations 1024] [--seconds 0.5]
+
+One robot a simulation (a leader that is a marker, and its follower under `universal`), physics step 2 ms, control period
+20 ms. `open loop` is `mujoco.batch.Batch.step` with torques written every physics step and nothing else. Wall time;
+ratios are of the same run.
+"""
+
+from __future__ import annotations
+
+import argparse
+import time
+
+import numpy as np
+from mujoco import batch as mujoco_batch
+from replay import LAWS
+
+from nhtrack.experiment.loop import run
+from nhtrack.experiment.recorder import Streaming
+from nhtrack.experiment.rows import Rows
+from nhtrack.laws import law_named
+from nhtrack.network import Network
+from nhtrack.simulation.mujoco import MujocoSimulation, stepped_scene
+from nhtrack.simulation.scene import SceneSpec
+from nhtrack.simulation.state import State
+
+STEP, PERIOD = 0.002, 0.02  # [s]
+
+
+class Nothing(Streaming):
+    """A recorder that looks away."""
+
+    def take(self, first: int, rows: Rows) -> None:
+        pass
+
+
+def main() -> None:
+    verbatim = argparse.RawDescriptionHelpFormatter
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=verbatim)
+    parser.add_argument("--simulations", type=int, default=1024)
+    parser.add_argument("--seconds", type=float, default=0.5, help="robot seconds of every simulation")
+    parser.add_argument("--spells", type=int, default=3)
+    given = parser.parse_args()
+    b, periods = given.simulations, round(given.seconds / PERIOD)
+    names = ("leader", "follower")
+    spec = SceneSpec(names, timestep=STEP, virtual_root=True)
+    scene, network = stepped_scene(spec), Network.from_parents({"leader": (), "follower": ("leader",)})
+    law, rng = law_named("universal")(**LAWS["universal"]), np.random.default_rng(0)
+    g, xi = np.zeros((b, 2, 3)), np.zeros((b, 2, 3))
+    g[:, 1] = rng.uniform(-0.5, 0.5, (b, 3))
+    start, inputs = State(0.0, g, xi), np.tile([0.05, 0.1], (periods, 1))
+    steps = b * periods * round(PERIOD / STEP)
+    print(f"{b} simulations of {given.seconds:g} s, physics step {1e3 * STEP:g} ms")
+    print("threads  open loop [robot-steps/s]  closed loop  ratio")
+    speeds = {}
+    for threads in (1, 2):
+        simulation = MujocoSimulation(scene, PERIOD, (b,), threads, spec=spec, keep_going=True)
+        engine = mujoco_batch.Batch(simulation._models[0], b, threads)
+        spells = []
+        for _ in range(given.spells):
+            begin = time.perf_counter()
+            run(simulation, law, network, inputs, start, Nothing())
+            closed = time.perf_counter() - begin
+            spells.append((_open_loop(engine, simulation, periods), closed))
+        best, closed = (min(column) for column in zip(*spells, strict=True))
+        speeds[threads] = steps / closed
+        print(f"{threads:7d}  {steps / best:25.0f}  {steps / closed:11.0f}  {best / closed:5.2f}", flush=True)
+    print(f"two threads over one: {speeds[2] / speeds[1]:.2f}")
+
+
+def _open_loop(engine: mujoco_batch.Batch, simulation: MujocoSimulation, periods: int) -> float:
+    """Returns the wall time of as many steps that are driven from outside [s]."""
+    engine.reset()
+    engine.bind("qpos")[:] = simulation.motion.qpos.reshape(len(simulation.motion.qpos), -1)
+    ctrl, rng = engine.bind("ctrl"), np.random.default_rng(1)
+    torque = 0.002 * rng.normal(size=(periods, *ctrl.shape))
+    begin = time.perf_counter()
+    for held in torque:
+        for _ in range(simulation.substeps):
+            ctrl[:] = held
+            engine.step()
+    return time.perf_counter() - begin
+
+
+if __name__ == "__main__":
+    main()
