@@ -23,9 +23,10 @@ def _rule(count: int) -> np.ndarray:
 
 
 _FEW, _SOME, _MANY = _rule(4), _rule(6), _rule(12)
-# Turns [rad] up to which 4 and 6 nodes leave less than 1e-17 and 1e-16 of the path; below the first, five terms of the
-# series of sine and cosine are exact to rounding.
-_FEW_TURN, _SOME_TURN = 0.1, 0.8
+# Turns [rad] by the yaw rate, and by the yaw acceleration, whose powers of time are twice as high, up to which 4 and 6
+# nodes leave less than 1e-16 of the path; below the first, five terms of the series of sine and cosine are exact to
+# rounding.
+_FEW_TURN, _SOME_TURN = (0.1, 5e-4), (0.8, 0.03)
 
 
 @compiled
@@ -39,10 +40,10 @@ def displacement(v: float, omega: float, u_x: float, u_theta: float, dt: float) 
         u_theta: yaw acceleration [rad/s^2].
         dt: time [s].
     """
-    most = abs(omega) * dt + 0.5 * abs(u_theta) * dt * dt
-    if most <= _FEW_TURN:
+    by_rate, by_acceleration = abs(omega * dt), 0.5 * abs(u_theta) * dt * dt
+    if by_rate <= _FEW_TURN[0] and by_acceleration <= _FEW_TURN[1]:
         return _few(v, omega, u_x, u_theta, dt)
-    rule = _SOME if most <= _SOME_TURN else _MANY
+    rule = _SOME if by_rate <= _SOME_TURN[0] and by_acceleration <= _SOME_TURN[1] else _MANY
     ahead, aside = 0.0, 0.0
     for k in range(rule.shape[1]):
         s = dt * rule[0, k]
