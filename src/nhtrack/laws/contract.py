@@ -111,3 +111,16 @@ class Gain:
     below: float | None = None
     choices: tuple[str, ...] = ()
     section: str = ""
+
+
+def dimension(unit: str) -> tuple[int, int]:
+    """Returns the powers of length and time of a unit such as "L/T^2", "1/(L*T)" or "m/s"."""
+    above, _, below = unit.partition("/")
+    found = {"L": 0, "T": 0}
+    for texts, sign in ((above, 1), (below.strip("()"), -1)):
+        for text in texts.split("*"):
+            base, _, power = text.partition("^")
+            letter = {"m": "L", "s": "T"}.get(base, base)
+            if letter in found:
+                found[letter] += sign * int(power or 1)
+    return found["L"], found["T"]

@@ -22,6 +22,7 @@ from pydantic import (
 from pydantic_core import InitErrorDetails
 
 from nhtrack.laws import Gain, LawError, LawKind, law_in, law_of_text, laws
+from nhtrack.laws.contract import dimension
 from nhtrack.laws.slots import slots_of
 from nhtrack.laws.trial import trial_fault
 from nhtrack.scenario.section import Section, fault
@@ -198,15 +199,8 @@ _SPEED = "scenario length/time"
 
 
 def powers(unit: str) -> tuple[int, int]:
-    """Returns the powers of length and time of a unit such as "L/T^2" or "1/(L*T)"; robot units have none."""
-    above, _, below = unit.partition("/")
-    found = {"L": 0, "T": 0}
-    for texts, sign in ((above, 1), (below.strip("()"), -1)):
-        for text in texts.split("*"):
-            base, _, power = text.partition("^")
-            if base in found:
-                found[base] += sign * int(power or 1)
-    return found["L"], found["T"]
+    """Returns the powers of length and time by which similarity scales a gain; none for robot units."""
+    return (0, 0) if set(unit) & set("ms") else dimension(unit)
 
 
 def _scaled(value: Any, gain: Gain, similarity: Similarity) -> Any:

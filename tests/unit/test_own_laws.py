@@ -1,0 +1,389 @@
+"""Laws of one's own: what is refused and where, what is compiled, what is kept with a recording, and the contract."""
+
+from __future__ import annotations
+
+import pickle
+import subprocess
+import sys
+import textwrap
+import warnings
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import nhtrack
+from nhtrack import assets
+from nhtrack.compiled import cache_folder
+from nhtrack.errors import ScenarioError, SimulationDiverged
+from nhtrack.laws import Law, LawError, law_in, registry
+from nhtrack.laws.address import InterpretedLawWarning
+from nhtrack.laws.contract import dimension
+from nhtrack.laws.evaluate import commands, first_memories
+from nhtrack.laws.faults import RESERVED
+from nhtrack.scenario.law_sections import FileLaw
+from nhtrack.scenario.load import load_text
+from nhtrack.scenario.recorded import load_recorded
+from nhtrack.study.run import simulate
+from nhtrack.testing import LawContract
+from nhtrack.testing.scenes import plain_walk
+
+HEAD = """\
+from math import cos, nan, sin
+from typing import Annotated, NamedTuple
+from nhtrack.laws import Gain, compiled
+"""
+GAINS = 'class Gains(NamedTuple):\n    k: Annotated[float, Gain("1/T", "gain", above=0.0)] = 2.0\n'
+BODY = "return gains.k * (leader.v_x - follower.v_x), leader.omega - follower.omega, memory"
+
+
+def command(body: str = BODY) -> str:
+    arguments = "gains, period, limits, follower, leader, memory"
+    return f"def command({arguments}):\n" + textwrap.indent(textwrap.dedent(body), "    ") + "\n"
+
+
+def written(folder: Path, text: str, name: str = "mine.py") -> Path:
+    path = folder / name
+    path.write_text(HEAD + text)
+    return path
+
+
+def scenario(law: str, duration: float = 0.3) -> str:
+    return f"""\
+name: own
+duration: {duration}
+backend: ideal
+leader: {{start: {{pose: [0, 0, 0], twist: [0.2, 0]}}, input: {{u_x: 0, u_theta: 0}}}}
+followers: [{{name: robot, parents: [leader], start: {{pose: [-0.5, 0.2, 0]}}}}]
+law: {law}
+"""
+
+
+def told(folder: Path, text: str, law: str = "{file: mine.py}") -> list[str]:
+    """Returns the faults of a scenario with a law."""
+    written(folder, text)
+    with pytest.raises(ScenarioError) as error:
+        load_text(scenario(law), directory=folder)
+    return [fault.message.replace(f"{folder}/", "") for fault in error.value.faults]
+
+
+# -- what is refused ------------------------------------------------------------------------------------------------
+
+MEMORY = "class Memory(NamedTuple):\n    last: tuple[float, float]\n"
+INIT = "def init(gains, period, follower, leader):\n    return Memory((0.0, 0.0))\n"
+SIGNATURE = "command(gains, period, limits, follower, leader, memory) -> (u_x, u_theta, memory)"
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        (GAINS, [f"mine.py:1: no function `command`: {SIGNATURE}"]),
+        (command(),
+         ["mine.py:1: no class `Gains`: a NamedTuple of the law's gains, each a float; `pass` where it has none"]),
+        (GAINS + "def command(gains):\n    pass\n",
+         [f"mine.py:6: `command` takes other arguments; expected {SIGNATURE}"]),
+        (GAINS + "command = 1\n", [f"mine.py:1: `command` is no function; expected {SIGNATURE}"]),
+        ("class Gains:\n    pass\n" + command(), ["mine.py:4: `Gains` is not a NamedTuple"]),
+        (
+            "class Gains(NamedTuple):\n    a: str\n    b: list[float]\n" + command(),
+            [
+                "mine.py:5: `Gains.a`: expected float, int or bool, got str",
+                "mine.py:6: `Gains.b`: expected float, int or bool, got list[float]",
+            ],
+        ),
+        ("class Gains(NamedTuple):\n    copy: float = 1.0\n" + command("return 0.0, 0.0, memory"),
+         ["mine.py:5: `Gains.copy`: no gain can have this name; it means something else in scenarios"]),
+        (GAINS.replace("2.0", "-2.0") + command(), ["mine.py:5: `Gains.k`: its default -2 is not above 0"]),
+        (GAINS.replace("1/T", "1/T2") + command(),
+         ["mine.py:5: `Gains.k`: no unit '1/T2'; lengths L and times T such as '1', '1/T^2', 'L/T', '1/(L*T)', or "
+          "robot units"]),
+        (GAINS.replace("above=0.0", "search=(0, 1)") + command(),
+         ["mine.py:5: `Gains.k`: search: expected 0 < low < high, got (0, 1)"]),
+        (GAINS + MEMORY + command(), ["mine.py:6: no function `init`: init(gains, period, follower, leader) -> Memory"]),
+        (GAINS + INIT + command(),
+         ["mine.py:6: `init` without `Memory`: the NamedTuple that it returns, or leave `init` out"]),
+        (GAINS + MEMORY.replace("tuple[float, float]", "tuple[float, ...]") + INIT + command(),
+         ["mine.py:7: `Memory.last`: expected float, int or bool, or a tuple of so many of them such as "
+          "tuple[float, float], got tuple[float, ...]"]),
+        (GAINS + "x = (\n", ["mine.py:6: '(' was never closed"]),
+        ("import nowhere_to_be_found\n",
+         ["mine.py:4: ModuleNotFoundError: No module named 'nowhere_to_be_found'; a law is one file, and what it "
+          "imports must be installed"]),
+        (GAINS + "print(1 / 0)\n", ["mine.py:6: ZeroDivisionError: division by zero"]),
+    ],
+)  # fmt: skip
+def test_a_file_that_is_no_law_says_where(tmp_path: Path, text: str, expected: list[str]) -> None:
+    assert told(tmp_path, text) == expected
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        (GAINS + command("return 0.0, 0.0"), f"mine.py:6: `command` returned (0.0, 0.0); expected {SIGNATURE}"),
+        (GAINS + command("return 0.0, nan, memory"),
+         "mine.py:6: `command` returned u_theta = nan; expected a finite number"),
+        (GAINS + command("x = 1.0\nreturn x / (gains.k - 2), 0.0, memory"),
+         "mine.py:8: `command` raised ZeroDivisionError: float division by zero, for a plain state"),
+        (GAINS + "@compiled\ndef helper(x):\n    return x / (x - x)\n" + command("return helper(gains.k), 0.0, memory"),
+         "mine.py:8: `command` raised ZeroDivisionError: float division by zero, for a plain state"),
+        (GAINS + command("return 0.0, 0.0, (1.0,)"),
+         "mine.py:6: `command` returned the memory (1.0,), and the file has no class `Memory`; return `memory`"),
+        (GAINS + MEMORY + INIT.replace("Memory((0.0, 0.0))", "(0.0, 0.0)") + command(),
+         "mine.py:8: `init` returned (0.0, 0.0) as memory; expected a `Memory`"),
+        (GAINS + MEMORY + INIT.replace("(0.0, 0.0)", "(0.0,)") + command(),
+         "mine.py:8: `init` returned Memory.last = (0.0,); expected 2 finite numbers"),
+        (GAINS + MEMORY + INIT + command("return 0.0, 0.0, Memory(1.0)"),
+         "mine.py:10: `command` returned Memory.last = 1.0; expected 2 finite numbers"),
+        (GAINS + command() + "def warnings(gains, limits):\n    return 'no'\n",
+         "mine.py:8: `warnings` returned 'no'; expected a tuple of texts"),
+    ],
+)  # fmt: skip
+def test_a_law_is_tried_before_a_run(tmp_path: Path, text: str, expected: str) -> None:
+    assert told(tmp_path, text) == [expected]
+
+
+def test_gains_are_judged_like_any_key(tmp_path: Path) -> None:
+    text = GAINS + "    k_theta: float = 1.0\n" + command()
+    assert told(tmp_path, text, "{file: mine.py, k: -1, k_teta: 2}") == [
+        "expected a value greater than 0, got -1",
+        "unknown key; did you mean 'k_theta'? available: name, file, k, k_theta",
+    ]
+
+
+def test_names_that_no_gain_can_have_are_those_of_its_section() -> None:
+    names = {name for name in dir(FileLaw) if not name.startswith(("_", "model_"))}
+    assert names | {"name", "file", "limits", "kind"} == RESERVED
+
+
+@pytest.mark.parametrize(
+    ("unit", "powers"), [("1", (0, 0)), ("L/T^2", (1, -2)), ("1/(L*T)", (-1, -1)), ("m/s", (1, -1)), ("rad", (0, 0))]
+)
+def test_dimension_of_a_unit(unit: str, powers: tuple[int, int]) -> None:
+    assert dimension(unit) == powers
+
+
+# -- what is compiled -----------------------------------------------------------------------------------------------
+
+
+def asked(law: Law) -> tuple[np.ndarray, np.ndarray]:
+    walk = plain_walk()
+    memory = first_memories(law, walk.follower[0], walk.leader[0])
+    return commands(law, walk.follower[0], walk.leader[0], memory)
+
+
+def test_helpers_are_compiled_decorated_or_not(tmp_path: Path) -> None:
+    helpers = "def half(x):\n    return 0.5 * twice(x)\n@compiled\ndef twice(x):\n    return 2 * x\n"
+    law = law_in(written(tmp_path, GAINS + helpers + command("return half(gains.k), twice(gains.k), memory")))(k=3.0)
+    assert law.kind.entry.interpreted is None
+    np.testing.assert_array_equal(asked(law)[0][0], [3.0, 6.0])
+
+
+QUEUE = """\
+class Memory(NamedTuple):
+    count: int
+    queue: tuple[float, float, float]
+    seen: bool
+def init(gains, period, follower, leader):
+    return Memory(0, (leader.v_x, 0.5, 0.25), False)
+"""
+SHIFT = "a, b, c = memory.queue\nreturn a, float(memory.count), Memory(memory.count + 1, (b, c, gains.k), True)"
+
+
+@pytest.mark.parametrize("how", ["compiled", "as Python"])
+def test_memory_holds_tuples(tmp_path: Path, how: str) -> None:
+    text = GAINS + QUEUE + command(("" if how == "compiled" else "import math\n") + SHIFT)
+    law = law_in(written(tmp_path, text))()
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", InterpretedLawWarning)
+        assert (law.kind.entry.interpreted is None) == (how == "compiled")
+    follower, leader = np.zeros((1, 6)), np.full((1, 9), 0.75)
+    memory, found = first_memories(law, follower, leader), []
+    for _ in range(4):
+        u, memory = commands(law, follower, leader, memory)
+        found.append(u[0].tolist())
+    assert found == [[0.75, 0.0], [0.5, 1.0], [0.25, 2.0], [2.0, 3.0]]
+    assert memory.tolist() == [[4.0, 2.0, 2.0, 2.0, 1.0]]
+    assert law.kind.modes == (0, 4)
+
+
+def test_what_cannot_be_compiled_says_why_and_where(tmp_path: Path) -> None:
+    kind = law_in(written(tmp_path, GAINS + command("import json\nreturn float(json.loads('1')), 0.0, memory")))
+    expected = r"law 'mine' runs as Python, each call some 250 times slower than compiled: .*IMPORT_NAME.*mine.py:7\)"
+    with pytest.warns(InterpretedLawWarning, match=expected):
+        assert kind.entry.interpreted is not None
+    np.testing.assert_array_equal(asked(kind())[0][0], [1.0, 0.0])
+
+
+def test_a_file_is_read_anew_when_it_changes(tmp_path: Path) -> None:
+    """Within one second, and to a text of the same length."""
+    for value in ("1.0", "2.0", "1.0"):
+        law = law_in(written(tmp_path, GAINS + command(f"return {value}, 0.0, memory")))()
+        assert asked(law)[0][0, 0] == float(value)
+    assert [path.name for path in tmp_path.iterdir()] == ["mine.py"]
+
+
+FRESH = """
+import sys
+sys.path.insert(0, {folder!r})
+from nhtrack.laws import law_in
+import numpy as np
+from nhtrack.laws.evaluate import commands
+print(commands(law_in({file!r})(), np.zeros((1, 6)), np.zeros((1, 9)), np.zeros((1, 0)))[0][0, 0])
+"""
+
+
+@pytest.mark.slow
+def test_code_in_the_cache_is_not_used_where_an_import_has_changed(tmp_path: Path) -> None:
+    path = written(tmp_path, "from other import helper\n" + GAINS + command("return helper(1.0), 0.0, memory"))
+    said = []
+    for factor in (3.0, 5.0, 5.0):
+        head = "from nhtrack.laws import compiled\nimport deeper\n@compiled\n"
+        (tmp_path / "other.py").write_text(head + "def helper(x):\n    return deeper.inner(x)\n")
+        inner = head.replace("import deeper\n", "") + f"def inner(x):\n    return {factor} * x\n"
+        (tmp_path / "deeper.py").write_text(inner)
+        script = FRESH.format(folder=str(tmp_path), file=str(path))
+        command_line = [sys.executable, "-B", "-c", script]
+        said.append(subprocess.run(command_line, capture_output=True, text=True, check=True).stdout.strip())
+    assert said == ["3.0", "5.0", "5.0"]
+
+
+def test_a_section_crosses_to_a_worker_with_its_text(tmp_path: Path) -> None:
+    path = written(tmp_path, GAINS + command())
+    loaded = load_text(scenario("{file: mine.py, k: 5}"), directory=tmp_path)
+    sent = pickle.dumps(loaded.law)
+    path.unlink()
+    law = pickle.loads(sent)
+    assert (law.k, law.kind.hash, law.name) == (5.0, loaded.law.kind.hash, "mine")
+
+
+# -- runs -----------------------------------------------------------------------------------------------------------
+
+LATE = "if follower.x > 0.05:\n    {}\nreturn 5.0, 0.0, memory"
+
+
+@pytest.mark.parametrize(
+    ("body", "expected"),
+    [
+        (LATE.format("raise ValueError('far')"), "law 'mine' raised ValueError: far (FILE:8): robot 'robot' at t ="),
+        (LATE.format("return nan, 0.0, memory"), "(`command` of FILE:6): robot 'robot' at t ="),
+    ],
+)
+def test_a_law_that_fails_later_ends_the_run_with_its_line(tmp_path: Path, body: str, expected: str) -> None:
+    path = written(tmp_path, GAINS + command(body))
+    outcome = simulate(load_text(scenario("{file: mine.py}", 2.0), directory=tmp_path))
+    assert isinstance(outcome.failure, SimulationDiverged)
+    assert expected.replace("FILE", str(path)) in str(outcome.failure)
+    assert 10 < len(outcome.recording.time) < 200
+
+
+def test_a_recording_runs_again_with_the_law_it_holds(tmp_path: Path) -> None:
+    path = written(tmp_path, GAINS + "    way: int = 1\n" + command())
+    loaded = load_text(scenario("{file: mine.py, k: 3}"), directory=tmp_path)
+    first = nhtrack.run(loaded)
+    assert load_recorded(first, "it")[1] == ()
+    for change in ("changed", "gone"):
+        if change == "changed":
+            written(tmp_path, GAINS + command("return 0.0, 0.0, memory"))
+        else:
+            path.unlink()
+        again, notes = load_recorded(first, "it")
+        assert change in notes[0]
+        second = nhtrack.run(again)
+        np.testing.assert_array_equal(second["pose"], first["pose"])
+        assert again.law.kind.source == loaded.law.kind.source
+        assert load_recorded(second, "it")[1] == ()
+    other = written(tmp_path, GAINS + "    way: int = 1\n" + command("return 0.0, 0.0, memory"), "other.py")
+    assert load_recorded(first, "it", [f"law.file={other}"])[0].law.kind.file == str(other)
+
+
+def test_gains_of_a_recording_are_in_robot_units(tmp_path: Path) -> None:
+    written(tmp_path, GAINS + command())
+    text = scenario("{file: mine.py, k: 3}") + "similarity: {length: 2, time: 0.5}\n"
+    account = simulate(load_text(text, directory=tmp_path)).recording.dataset.attrs["law"]
+    assert '"gains": {"k": 6.0}' in account
+
+
+# -- installed laws -------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.slow
+def test_laws_of_installed_packages(tmp_path: Path) -> None:
+    """A good one is a name as any; a broken one is told only to who names it."""
+    (tmp_path / "laws_of_mine").mkdir()
+    written(tmp_path / "laws_of_mine", GAINS + command(), "good.py")
+    written(tmp_path / "laws_of_mine", GAINS, "bad.py")
+    info = tmp_path / "laws_of_mine-1.dist-info"
+    info.mkdir()
+    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: laws-of-mine\nVersion: 1\n")
+    (info / "entry_points.txt").write_text(f"[{registry.GROUP}]\ngood = laws_of_mine.good\nbad = laws_of_mine.bad\n")
+    script = f"""
+import sys
+sys.path.insert(0, {str(tmp_path)!r})
+import nhtrack
+from nhtrack.errors import ScenarioError
+from nhtrack.scenario.load import load_text
+text = {scenario("LAW")!r}
+recording = nhtrack.run(load_text(text.replace("LAW", "{{name: good, k: 3}}")))
+print(recording.scenario["law"], "source" in recording.dataset.attrs["law"])
+for law in ("{{name: bad}}", "{{name: goood}}"):
+    try:
+        load_text(text.replace("LAW", law))
+    except ScenarioError as error:
+        print(error)
+"""
+    done = subprocess.run([sys.executable, "-B", "-c", script], capture_output=True, text=True, check=True)
+    good, bad, unknown = done.stdout.splitlines()
+    assert good == "{'name': 'good', 'k': 3.0} True"
+    assert "bad.py:1: no function `command`" in bad
+    assert "did you mean 'good'" in unknown
+
+
+# -- the contract: each test fails for a law that breaks it -----------------------------------------------------------
+
+BREAKS = {
+    "test_commands_are_finite": "return 1.0 / (leader.x - follower.x), 0.0, memory",
+    "test_place_in_the_world_does_not_matter": "return follower.x, 0.0, memory",
+    "test_axes_of_the_world_do_not_matter": "return leader.x - follower.x, 0.0, memory",
+    "test_whole_turns_do_not_matter": "return 0.0, leader.theta - follower.theta, memory",
+    "test_left_is_as_right": "return 0.0, 1.0, memory",
+    "test_units_do_not_matter": "return gains.k * leader.v_x + 1.0, 0.0, memory",
+    "test_same_in_same_out": "import json\nseen.append(0)\nreturn float(len(seen)), 0.0, memory",
+    "test_compiled_is_python": "import json\nreturn 0.0, 0.0, memory",
+}
+
+
+@pytest.mark.parametrize("name", BREAKS)
+def test_contract_is_broken_by_a_law_that_breaks_it(tmp_path: Path, name: str) -> None:
+    class Contract(LawContract):
+        law = law_in(written(tmp_path, "seen = []\n" + GAINS + command(BREAKS[name])))()
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", InterpretedLawWarning)
+        with pytest.raises(AssertionError):
+            getattr(Contract(), name)()
+
+
+def test_contract_tests_only_what_is_claimed(tmp_path: Path) -> None:
+    class Contract(LawContract):
+        law = law_in(written(tmp_path, GAINS + command("return follower.x, 1.0 + follower.theta, memory")))()
+        translation = rotation = turns = mirror = similarity = False
+
+    for name in dir(LawContract):
+        if name.startswith("test_"):
+            getattr(Contract(), name)()
+
+
+# -- the law to start from ------------------------------------------------------------------------------------------
+
+
+def test_the_law_to_start_from_compiles_and_warns() -> None:
+    kind = law_in(assets.find_example("write_a_law/my_law.py"))
+    assert kind.entry.interpreted is None
+    assert kind().warnings() == ()
+    assert kind(k_y=9.0).warnings() == ("k_theta = 4 is below 2 sqrt(k_y) = 6: it swings onto a line",)
+    assert cache_folder("laws") is not None
+
+
+def test_no_such_file(tmp_path: Path) -> None:
+    with pytest.raises(LawError, match="no such file"):
+        law_in(tmp_path / "mine.py")
