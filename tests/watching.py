@@ -22,7 +22,7 @@ ECHO = law_in(LAWS / "echo.py")
 class _Seen(Streaming):
     """Keeps the law's memory."""
 
-    def take(self, first: int, rows: Rows, lost: np.ndarray) -> None:
+    def take(self, first: int, rows: Rows) -> None:
         self.memories = [*getattr(self, "memories", ()), *rows.memory[:, 0].copy()]
 
 

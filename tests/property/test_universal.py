@@ -445,8 +445,7 @@ class Chase(Streaming):
         self.similarity, self.modes = similarity, None
         self.late, self.switches, self.most, self.utilisation = 0.0, 0, np.zeros(4), 0.0
 
-    def take(self, first: int, rows: Rows, lost: np.ndarray) -> None:
-        assert not lost.any()
+    def take(self, first: int, rows: Rows) -> None:
         seen = named(rows.table[:, :, 1])
         modes = rows.memory[:, :, 1, :3]
         before = modes[:1] if self.modes is None else self.modes
@@ -482,6 +481,7 @@ def chase(
     begin = State(0.0, similarity.poses_to_robot(poses), similarity.twists_to_robot(twists))
     simulation = IdealSimulation(network.names, None, dt * similarity.time, keep_going=True)
     assert run(simulation, obeyed, network, inputs, begin, recorder) is None
+    assert not simulation.lost.any()
     return recorder
 
 

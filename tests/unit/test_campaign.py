@@ -11,8 +11,8 @@ import pytest
 
 import tolerances as tol
 from nhtrack.errors import SimulationDiverged
+from nhtrack.experiment.loop import rollout
 from nhtrack.recording import Recording
-from nhtrack.rollout import rollout
 from nhtrack.scenario.build import build, make_reference
 from nhtrack.scenario.campaign import Campaign, Starts
 from nhtrack.scenario.edit import scenario_text
@@ -230,7 +230,7 @@ def test_on_wheels_a_lost_simulation_stands_still_and_the_others_go_on(tmp_path:
             u[1, 1] = np.nan
         return u
 
-    together = MujocoSimulation(scene, experiment.dt, (3,), outlive=True)
+    together = MujocoSimulation(scene, experiment.dt, (3,), keep_going=True)
     state, path = together.reset(experiment.start), []
     for k in range(60):
         state = together.step(commands(k))

@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 
 from nhtrack import se2
-from nhtrack.control.baselines import BASELINES
 from nhtrack.errors import FeasibilityError, ScenarioError
 from nhtrack.recording import Recording
+from nhtrack.scenario.law_sections import LawSection, law_names, law_section
 from nhtrack.scenario.laws import MOST_LAWS, load_laws
 from nhtrack.scenario.load import load, load_text
-from nhtrack.scenario.schema import KanayamaLaw, Law, SamsonLaw, Scenario, UniversalLaw
+from nhtrack.scenario.schema import Scenario
 from nhtrack.study import compare as study
 from nhtrack.study.compare import compare, labels
 from nhtrack.study.comparison import Comparison, Search, room_of
@@ -44,15 +44,15 @@ followers:
   - {name: far, parents: [near], start: {pose: [-3, 2, -0.5]}}
 law: {name: published, kp: 1, kd: 3, ke: 0.3, k: 5}
 """
-KANAYAMA, SAMSON = KanayamaLaw(name="kanayama"), SamsonLaw(name="samson")
-WILD = KanayamaLaw(name="kanayama", k_inner=250.0)  # far beyond what 20 Hz bears: diverges within a second
+KANAYAMA, SAMSON, UNIVERSAL = (law_section(name)(name=name) for name in ("kanayama", "samson", "universal"))
+WILD = law_section("kanayama")(name="kanayama", k_inner=250.0)  # far beyond what 20 Hz bears: diverges within a second
 
 
 def case(*overrides: str) -> Scenario:
     return load_text(CASE, overrides=overrides)
 
 
-def asked(*texts: str, scenario: Scenario | None = None) -> tuple[Law, ...]:
+def asked(*texts: str, scenario: Scenario | None = None) -> tuple[LawSection, ...]:
     return load_laws(lambda: scenario or case(), texts, load)[1]
 
 
@@ -69,18 +69,18 @@ def test_a_law_written_out_or_in_a_file_has_those_gains(tmp_path: Path) -> None:
     other = tmp_path / "other.yaml"
     other.write_text(CASE.replace("kp: 1,", "kp: 7.5,"))
     written, filed = asked("{name: kanayama, k_x: 2}", str(other))[1:]
-    assert written == KanayamaLaw(name="kanayama", k_x=2.0)
+    assert written == law_section("kanayama")(name="kanayama", k_x=2.0)
     assert filed == case("law.kp=7.5").law
     assert asked("tour/universal")[1] == load("tour/universal").law  # a bundled one, its limits with it
 
 
 def test_every_law_with_defaults_can_be_asked_for_by_name() -> None:
-    for name in ("universal", *BASELINES):
+    for name in law_names()[2:]:
         assert asked(name)[1].name == name
 
 
 def test_labels_are_names_numbered_where_they_must_be() -> None:
-    laws = (KANAYAMA, SAMSON, WILD, UniversalLaw(name="universal"))
+    laws = (KANAYAMA, SAMSON, WILD, UNIVERSAL)
     assert labels(laws) == ("kanayama-1", "samson", "kanayama-2", "universal")
 
 
@@ -339,7 +339,7 @@ def test_a_folder_never_holds_the_files_of_two(tmp_path: Path) -> None:
         (tmp_path / name).write_text("old")
     with pytest.raises(OutputError, match="exists already"):
         compare(short, (KANAYAMA,), tmp_path, **plain)
-    found = compare(short, (UniversalLaw(name="universal"),), tmp_path, overwrite=True, **plain)
+    found = compare(short, (UNIVERSAL,), tmp_path, overwrite=True, **plain)
     ours = {"comparison.json", "universal/recording.nc", "universal/summary.json"}
     assert files_in(tmp_path) == ours | set(mine)
     assert {path.relative_to(tmp_path).as_posix() for path in found.files} == ours
@@ -360,7 +360,7 @@ def stopping_at(label: str, monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_an_interruption_keeps_the_laws_before_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     stopping_at("samson", monkeypatch)
-    found = compare(case("duration=1"), (KANAYAMA, SAMSON, UniversalLaw(name="universal")), tmp_path, figures=False)
+    found = compare(case("duration=1"), (KANAYAMA, SAMSON, UNIVERSAL), tmp_path, figures=False)
     assert found.interrupted
     assert found.completed
     assert "samson: not run, the comparison was interrupted" in found.warnings

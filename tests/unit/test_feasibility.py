@@ -21,7 +21,6 @@ from nhtrack.scenario.build import build
 from nhtrack.scenario.load import load_text
 from nhtrack.scenario.schema import Scenario
 from nhtrack.simulation.ideal import IdealSimulation
-from nhtrack.simulation.kinematics import Kinematics
 from nhtrack.simulation.scene import load_robot
 from nhtrack.simulation.state import State
 from nhtrack.study.demand import (
@@ -413,7 +412,7 @@ def test_what_does_not_fit_is_told_by_its_worst_limit() -> None:
 def test_without_wheels_robots_move_the_same() -> None:
     experiment = build(case("similarity.time=2"))
     drive = identify(load_robot("nh_mini"))
-    twins = Kinematics(("leader", "follower"), 0.01), IdealSimulation(("leader", "follower"), drive, 0.01)
+    twins = [IdealSimulation(("leader", "follower"), wheels, 0.01) for wheels in (None, drive)]
     states = [twin.reset(experiment.start) for twin in twins]
     for k in range(20):
         u = np.array([[0.1, math.sin(k)], [-0.2, 3.0]])
@@ -425,7 +424,7 @@ def test_without_wheels_robots_move_the_same() -> None:
 
 def test_one_that_runs_away_stops_and_the_others_go_on() -> None:
     g, xi = np.zeros((3, 1, 3)), np.zeros((3, 1, 3))
-    simulation = Kinematics(("leader",), 1.0)
+    simulation = IdealSimulation(("leader",), None, 1.0, keep_going=True)
     simulation.reset(State(0.0, g, xi))
     u = np.array([[[1.0, 0.0]], [[1e13, 0.0]], [[np.nan, 0.0]]])
     simulation.step(u)

@@ -10,21 +10,21 @@ import pytest
 
 import tolerances as tol
 from nhtrack import assets
-from nhtrack.control.baselines import BASELINES
 from nhtrack.diffdrive import identify
 from nhtrack.errors import ScenarioError
+from nhtrack.experiment.loop import Rollout
 from nhtrack.ground import Ground
 from nhtrack.metrics import summary
-from nhtrack.rollout import Rollout
 from nhtrack.scenario.build import make_law
 from nhtrack.scenario.edit import EditError, save_law_gains, with_law_gains
+from nhtrack.scenario.law_sections import law_names
 from nhtrack.scenario.load import load, load_text
 from nhtrack.scenario.schema import Scenario
 from nhtrack.similarity import Similarity
 from nhtrack.simulation.scene import load_robot
 from nhtrack.study.objective import Figures, Objective, ObjectiveError, figures_of
 from nhtrack.study.run import simulate
-from nhtrack.study.tune import RANGES, Tuning, _Box, tune
+from nhtrack.study.tune import Tuning, _Box, ranges_of, tune
 
 CASE = """
 name: case
@@ -196,14 +196,13 @@ def test_a_time_left_open_is_found_for_the_gains_that_are_there() -> None:
     assert isinstance(found.scenario.similarity.time, float)
 
 
-@pytest.mark.parametrize("name", RANGES)
+@pytest.mark.parametrize("name", law_names())
 def test_every_range_is_a_gain_of_its_law(name: str) -> None:
     gains = {"published": ", kp: 4, kd: 6, ke: 1, k: 5", "stabiliser": ", kp: 4, kd: 6, k: 5"}.get(name, "")
     law = case(f"law={{name: {name}{gains}}}").law
-    if name in BASELINES:
-        assert set(RANGES[name]) == set(BASELINES[name].dimensions) - {"hysteresis"}
-        return
-    assert set(RANGES[name]) == {"kp", "kd", "ke", "k", "k1", "k2", "k3", "c"} & set(type(law).model_fields)
+    rest = {"m", "field_speed", "turn_rate", "dock_radius", "dock_speed"} if name == "universal" else set()
+    own = set(type(law).model_fields) - {"name", "variant", "hysteresis", "dead_zone", "limits"}
+    assert set(ranges_of(law)) == own - rest
 
 
 def test_universal_is_tuned_too() -> None:
@@ -212,10 +211,10 @@ def test_universal_is_tuned_too() -> None:
     assert found.cost <= found.cost_before
 
 
-@pytest.mark.parametrize("name", BASELINES)
+@pytest.mark.parametrize("name", law_names()[3:])
 def test_rivals_are_tuned_too(name: str) -> None:
     found = tune(case(f"law={{name: {name}}}"), budget=16)
-    assert set(found.gains) == set(RANGES[name])
+    assert set(found.gains) == set(ranges_of(found.scenario.law))
     assert found.cost <= found.cost_before
 
 
