@@ -17,7 +17,6 @@ from __future__ import annotations
 import copy
 from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import replace
 from itertools import pairwise
 from typing import Any
 
@@ -30,7 +29,7 @@ from nhtrack.ground import Ground
 from nhtrack.simulation import columns, engine, memory
 from nhtrack.simulation.contact import FrictionRow
 from nhtrack.simulation.plant import floor_of, plant_of
-from nhtrack.simulation.scene import Scene, SceneSpec, make_scene
+from nhtrack.simulation.scene import Scene, SceneSpec, make_scene, unit_spec
 from nhtrack.simulation.state import Driven, State, joined, require_rolling
 
 _REASONS = {engine.COMMAND: "command is not finite", engine.STATE: "state is not finite"}
@@ -249,9 +248,7 @@ def stepped_scene(spec: SceneSpec) -> Scene:
     Raises:
         RobotError: as `make_scene`.
     """
-    if spec.robot_contact:
-        return make_scene(spec)
-    return make_scene(replace(spec, robots=("robot",), virtual_root=False))
+    return make_scene(spec if spec.robot_contact else unit_spec(spec), sensors=False)
 
 
 def make_wheels(scene: Scene, spec: SceneSpec, dt: float) -> engine.Wheels:
