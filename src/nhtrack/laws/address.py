@@ -109,7 +109,8 @@ def _compiled(kind: LawKind) -> tuple[Any, Any]:
 
 def _digest(kind: LawKind, text: str) -> str:
     """Returns a hash of all that the code of a law is made of, but for the package's own."""
-    reached = [] if kind.built_in else texts_reached(_home(kind))
+    home = _home(kind)  # code in the cache looks for the law's module by its name
+    reached = [] if kind.built_in else [str(home.get("__name__")), *texts_reached(home)]
     return hashlib.sha256("\0".join([kind.source, text, *reached]).encode()).hexdigest()[:16]
 
 
