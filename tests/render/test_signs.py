@@ -113,16 +113,50 @@ def test_ghosts_show_where_twins_are_and_nothing_where_they_coincide():
     assert not body.show_ghosts(line.pose[frame, :, :2], np.full((2, 2), np.nan))
 
 
+def opacity_of(scene, place: int) -> float:
+    """Returns how solid the robot at a place of the bodies is drawn."""
+    own = (bodies._owners(scene) == place) & (scene.model.geom_group == 2)
+    return float(scene.model.geom_rgba[own, 3].max())
+
+
+@pytest.mark.slow
+def test_robots_look_the_same_with_materials_of_their_own_and_with_shared_ones():
+    spec = SceneSpec(("leader", "a", "b"), colours=(0, 3, 3))
+    looks = []
+    for share in (False, True):
+        scene = make_scene(spec, share_materials=share)
+        body = bodies.Bodies(scene)
+        body.show(np.array([[0.0, 0.0], [0.03, 0.0], [1.0, 0.0]]), None)
+        model = scene.model
+        shown = [model.geom_rgba, *(values[model.geom_matid] for values in (model.mat_specular, model.mat_emission))]
+        looks.append([*shown, model.mat_shininess[model.geom_matid]])
+    for own, shared in zip(*looks, strict=True):
+        np.testing.assert_array_equal(own, shared)
+    count = [make_scene(SceneSpec(tuple(f"r{k}" for k in range(n))), share_materials=True).model.nmat for n in (9, 90)]
+    assert count[0] == count[1]
+
+
+def test_a_fleet_s_discs_leave_their_neighbours_places_and_its_robots_their_small_parts():
+    places = np.array([[0.5 * (k % 12), 0.5 * (k // 12)] for k in range(144)])
+    assert floor._places(places[None]) == pytest.approx(0.25)
+    scene = make_scene(SceneSpec(("a", "b")), share_materials=True)
+    bodies.Bodies(scene).leave_out(0.03)
+    hidden = scene.model.geom_group == bodies._HIDDEN
+    assert hidden[scene.model.geom("b/left_lamp").id]
+    assert not hidden[scene.model.geom("b/shell_front").id]
+    assert not hidden[scene.model.geom("floor").id]
+
+
 @pytest.mark.slow
 def test_tyres_take_the_colour_of_their_use():
     scene, line, path = film(parted(), (640, 480))
     with stage.Stage(scene, line, path, (640, 480)) as drawn:
         drawn.draw(3)
         for place in (0, 1):
-            for wheel, geoms in enumerate(drawn._bodies._parts[place].tyres):
+            for wheel, geoms in enumerate(drawn._bodies._tyres[place]):
                 assert geoms.size
                 assert all("tread" in scene.model.geom(k).name or "wall" in scene.model.geom(k).name for k in geoms)
-                dark = drawn._bodies._dark[place][wheel]
+                dark = drawn._bodies._dark[wheel]
                 wanted = bodies.utilisation_colour(float(line.utilisation[3, place, wheel]), dark)
                 drawn._bodies.show(line.pose[3, :, :2], line.utilisation[3])
                 assert scene.model.geom_rgba[geoms[0], :3] == pytest.approx(wanted, abs=1e-6)
@@ -223,7 +257,7 @@ def test_ghosts_are_fainter_the_nearer_their_robots():
     opacity = []
     for apart in (0.0, 0.03, 0.05, 0.3):
         body.show_ghosts(here, here + np.array([0.0, apart]))
-        opacity.append(float(scene.model.mat_rgba[body._parts[1].materials, 3].max()))
+        opacity.append(opacity_of(scene, 1))
     assert opacity == pytest.approx([0.0, bodies._GHOST / 3, bodies._GHOST * 7 / 9, bodies._GHOST])
 
 
@@ -261,12 +295,12 @@ def test_follower_of_a_marker_has_its_own_tyres_colour_and_ghost():
     pose = line.pose.copy()
     with stage.Stage(scene, replace(line, twin=twin, pose=pose), path, SMALL, look.QUALITIES["draft"]) as drawn:
         drawn._add_robots(3)
-        left, right = (scene.model.geom_rgba[tyre[0], :3].copy() for tyre in drawn._bodies._parts[0].tyres)
+        left, right = (scene.model.geom_rgba[tyre[0], :3].copy() for tyre in drawn._bodies._tyres[0])
         before = drawn._visual.ngeom
         drawn._add_ghosts(3)
         assert drawn._visual.ngeom == before
     assert left == pytest.approx(bodies.utilisation_colour(1.0, left), abs=1e-6)
-    assert right == pytest.approx(drawn._bodies._dark[0][1], abs=1e-6)
+    assert right == pytest.approx(drawn._bodies._dark[1], abs=1e-6)
 
 
 # --- what is written --------------------------------------------------------------------------------------------------
@@ -345,7 +379,7 @@ def test_followers_of_a_marker_fade_by_their_own_places():
     pose[:, 0] = pose[:, 1] + [1.0, 0.0, 0.0]
     with stage.Stage(scene, replace(line, pose=pose), path, SMALL, look.QUALITIES["draft"]) as drawn:
         drawn._add_robots(3)
-        opacity = [scene.model.mat_rgba[parts.materials, 3].max() for parts in drawn._bodies._parts]
+        opacity = [opacity_of(scene, place) for place in range(len(scene.spec.bodies))]
     assert opacity == [0.0, 1.0]
 
 

@@ -485,6 +485,16 @@ class TestFleet:
         assert scene.model.body("leader").mocapid[0] == scene.marker
         assert len(scene.addresses.motors) == scene.model.nu / 2 == 70
 
+    def test_many_may_share_their_materials(self) -> None:
+        scene = make_scene(self.MANY, share_materials=True)
+        own = make_scene(self.MANY)
+        assert scene.blueprint.is_read_in_groups
+        # As many as robots' names have first letters, and as colours: MuJoCo draws no scene of more than 999.
+        assert scene.model.nmat < own.model.nmat / 5
+        for each in ("rgba", "specular", "shininess", "emission", "texid"):
+            one, other = (getattr(s.model, f"mat_{each}")[s.model.geom_matid] for s in (scene, own))
+            np.testing.assert_array_equal(one, other)
+
     def test_names_of_many_letters_do(self) -> None:
         names = tuple(f"{letter}{i}" for i in range(4) for letter in "abcdefghijklmnopqr")
         scene = make_scene(replace(TRIO, robots=names))

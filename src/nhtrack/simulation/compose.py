@@ -28,7 +28,15 @@ _FLOOR = (0.65, 0.67, 0.70)  # colour of the floor, which fainter patches come n
 _PATCH_HEIGHT = 3e-4  # [m] drawn above the floor, below trails; patches that overlap are stacked
 
 
-def compose(spec: SceneSpec, robot_file: Path, drive: DiffDrive, parts: Parts, *, sensors: bool = True) -> Blueprint:
+def compose(
+    spec: SceneSpec,
+    robot_file: Path,
+    drive: DiffDrive,
+    parts: Parts,
+    *,
+    sensors: bool = True,
+    share_materials: bool = False,
+) -> Blueprint:
     """Returns the blueprint of a scene.
 
     Args:
@@ -37,6 +45,7 @@ def compose(spec: SceneSpec, robot_file: Path, drive: DiffDrive, parts: Parts, *
         drive: the robot's reduced model, of which the wheel radius and the torque limit are used.
         parts: names of the robot's parts.
         sensors: whether tyres have sensors of their contact force.
+        share_materials: whether robots have one set of materials, with an accent of each colour.
     """
     mjcf = _mjcf()
     arena = mjcf.from_path(str(assets.models_directory() / "arena" / "scene.xml"))
@@ -57,7 +66,9 @@ def compose(spec: SceneSpec, robot_file: Path, drive: DiffDrive, parts: Parts, *
     if spec.virtual_root:
         _add_marker(arena, spec, drive.half_separation)
     _add_cameras(arena, spec.bounds)
-    return make_blueprint(arena.to_xml_string(), arena.get_assets(), _robots(spec), accent="accent")
+    return make_blueprint(
+        arena.to_xml_string(), arena.get_assets(), _robots(spec), "accent", share_materials=share_materials
+    )
 
 
 def _robots(spec: SceneSpec) -> tuple[Robot, ...]:

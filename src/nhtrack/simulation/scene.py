@@ -193,12 +193,14 @@ def unit_spec(spec: SceneSpec) -> SceneSpec:
     return replace(spec, robots=spec.robots[-1:], virtual_root=False, colours=spec.colours[-1:])
 
 
-def make_scene(spec: SceneSpec, *, sensors: bool = True) -> Scene:
+def make_scene(spec: SceneSpec, *, sensors: bool = True, share_materials: bool = False) -> Scene:
     """Returns the compiled scene of a spec.
 
     Args:
         spec: what to compile.
         sensors: whether tyres have sensors of their contact force; without them `addresses.forces` is empty.
+        share_materials: whether robots have one set of materials, with an accent of each colour; MuJoCo draws no scene
+            of more than 999.
 
     Raises:
         RobotError: the robot cannot be found, compiled, driven, or attached.
@@ -206,7 +208,7 @@ def make_scene(spec: SceneSpec, *, sensors: bool = True) -> Scene:
     alone = load_robot(spec.robot)
     drive, plant = _identified(spec, alone)
     parts = identify_parts(alone)
-    blueprint = compose(spec, robot_path(spec.robot), drive, parts, sensors=sensors)
+    blueprint = compose(spec, robot_path(spec.robot), drive, parts, sensors=sensors, share_materials=share_materials)
     model = _compiled(spec.robot, lambda: compiled(blueprint))
     marker = int(model.body(spec.robots[0]).mocapid[0]) if spec.virtual_root else None
     return Scene(spec, model, drive, plant, _addresses(model, spec, parts, sensors), marker, blueprint)

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import mujoco
 import numpy as np
+from scipy.spatial import cKDTree
 
 from nhtrack.simulation.palette import UTILISATION, rgb
 from nhtrack.simulation.scene import Scene
@@ -15,16 +14,8 @@ __all__ = ["Bodies", "fading", "robot_scale", "utilisation_colour", "wheel_angle
 _COINCIDENT, _CLEAR = 0.015, 0.06  # [m] nearer than the first robots are one to the eye, beyond the second apart
 _GHOST = 0.38  # opacity of an ideal twin
 _NH_MINI = 0.06  # [m] from the axle midpoint to the side of nh_mini, for which lengths of this package are meant
+_HIDDEN = 5  # a group that MuJoCo does not draw
 _DEFAULT = np.array([0.5, 0.5, 0.5, 1.0], np.float32)  # a geom of this colour has its material's
-
-
-@dataclass(frozen=True)
-class _Parts:
-    """What one robot is drawn with: ids of its materials, of its geoms without one, and of its two tyres' looks."""
-
-    materials: np.ndarray
-    plain: np.ndarray
-    tyres: tuple[np.ndarray, np.ndarray]
 
 
 class Bodies:
@@ -35,13 +26,19 @@ class Bodies:
     """
 
     def __init__(self, scene: Scene) -> None:
-        self._model, self._scale = scene.model, robot_scale(scene)
-        self._parts = _parts(scene)
+        model = self._model = scene.model
+        self._scale = robot_scale(scene)
         if scene.marker is not None:  # solid, as all that lies on the floor: see `floor`
-            own = self._model.geom_bodyid == self._model.body(scene.spec.robots[0]).id
-            self._model.geom_rgba[own, 3] = 1.0
-        self._opaque = (self._model.mat_rgba[:, 3].copy(), self._model.geom_rgba[:, 3].copy())
-        self._dark = [[_colour_of(self._model, tyre) for tyre in each.tyres] for each in self._parts]
+            own = model.geom_bodyid == model.body(scene.spec.robots[0]).id
+            model.geom_rgba[own, 3] = 1.0
+        owner = _owners(scene)
+        self._geoms = np.flatnonzero(owner >= 0)
+        self._owner = owner[self._geoms]
+        looks = _looks(model)
+        self._looks = looks[self._geoms]
+        self._tyres = [[_drawn_tyre(model, int(tyre)) for tyre in pair] for pair in scene.addresses.tyres]
+        first = self._tyres[0] if self._tyres else []  # robots are alike
+        self._dark = [looks[tyre[0], :3] if tyre.size else np.zeros(3) for tyre in first]
 
     def show(self, positions: np.ndarray, utilisation: np.ndarray | None) -> None:
         """Draws robots solid, but for those that stand inside another, with tyres coloured by what they use.
@@ -50,10 +47,10 @@ class Bodies:
             positions: of the robots with a body [m], shape (p, 2).
             utilisation: share of friction that each wheel uses, shape (p, 2), or None for tyres as they are.
         """
-        for place, opacity in enumerate(fading(positions / self._scale)):
-            self._set_opacity(place, opacity)
-            if utilisation is not None:
-                self._colour_tyres(place, utilisation[place], opacity)
+        opacities = fading(positions / self._scale)
+        self._draw(opacities)
+        if utilisation is not None:
+            self._colour_tyres(utilisation, opacities)
 
     def show_ghosts(self, positions: np.ndarray, twins: np.ndarray) -> bool:
         """Draws the twins of robots translucent, the fainter the nearer a twin is to its robot.
@@ -66,29 +63,44 @@ class Bodies:
         """
         apart = np.linalg.norm(twins - positions, axis=-1) / self._scale
         shares = np.nan_to_num(np.clip((apart - _COINCIDENT) / (_CLEAR - _COINCIDENT), 0.0, 1.0))
-        for place, share in enumerate(shares):
-            self._set_opacity(place, _GHOST * float(share))
-            for tyre in self._parts[place].tyres:
-                self._model.geom_rgba[tyre] = _DEFAULT
+        self._draw(_GHOST * shares)
         return bool(shares.any())
 
-    def _set_opacity(self, place: int, opacity: float) -> None:
-        parts = self._parts[place]
-        self._model.mat_rgba[parts.materials, 3] = opacity * self._opaque[0][parts.materials]
-        self._model.geom_rgba[parts.plain, 3] = opacity * self._opaque[1][parts.plain]
+    def leave_out(self, size: float) -> None:
+        """Draws no parts that are smaller than a size [m]."""
+        small = 2 * self._model.geom_rbound[self._geoms] < size
+        self._model.geom_group[self._geoms[small]] = _HIDDEN
 
-    def _colour_tyres(self, place: int, used: np.ndarray, opacity: float) -> None:
-        for tyre, dark, share in zip(self._parts[place].tyres, self._dark[place], used, strict=True):
-            self._model.geom_rgba[tyre, :3] = utilisation_colour(float(share), dark)
-            self._model.geom_rgba[tyre, 3] = opacity
+    def _draw(self, opacities: np.ndarray) -> None:
+        """Draws robots as they look, of some opacity (p,).
+
+        Geoms get colours of their own, which count for more than those of their materials: robots share these.
+        """
+        self._model.geom_rgba[self._geoms, :3] = self._looks[:, :3]
+        self._model.geom_rgba[self._geoms, 3] = opacities[self._owner] * self._looks[:, 3]
+
+    def _colour_tyres(self, used: np.ndarray, opacities: np.ndarray) -> None:
+        colours = [utilisation_colour(used[:, side], dark) for side, dark in enumerate(self._dark)]
+        for place, (pair, opacity) in enumerate(zip(self._tyres, opacities, strict=True)):
+            for side, tyre in enumerate(pair):
+                self._model.geom_rgba[tyre, :3] = colours[side][place]
+                self._model.geom_rgba[tyre, 3] = opacity
 
 
-def utilisation_colour(share: float, dark: np.ndarray) -> np.ndarray:
-    """Returns the colour (3,) of a wheel that uses a share of its friction: as dark as it is, then ever brighter."""
+def utilisation_colour(share: float | np.ndarray, dark: np.ndarray) -> np.ndarray:
+    """Returns the colour of wheels that use a share of their friction: as dark as they are, then ever brighter.
+
+    Args:
+        share: any shape; what is infinite is all, what is unknown is none.
+        dark: colour of wheels that use none, shape (3,).
+
+    Returns:
+        Colours, shape (..., 3).
+    """
     stops = np.vstack([dark, [rgb(colour) for colour in UTILISATION]])
-    known = min(max(share, 0.0), 1.0) if np.isfinite(share) else float(share > 0)
+    known = np.clip(np.nan_to_num(share, nan=0.0, posinf=1.0, neginf=0.0), 0.0, 1.0)
     at = np.linspace(0.0, 1.0, len(stops))
-    return np.array([np.interp(known, at, stops[:, k]) for k in range(3)])
+    return np.stack([np.interp(known, at, stops[:, k]) for k in range(3)], axis=-1)
 
 
 def fading(positions: np.ndarray) -> np.ndarray:
@@ -96,9 +108,10 @@ def fading(positions: np.ndarray) -> np.ndarray:
 
     Without contact between robots a follower ends in its leader's place, and two like bodies in one place flicker.
     """
-    count = len(positions)
-    distance = np.linalg.norm(positions[:, None] - positions[None], axis=-1)
-    hidden_by = np.where(np.triu(np.ones((count, count), bool), 1), distance, np.inf).min(axis=1)
+    hidden_by = np.full(len(positions), np.inf)
+    known = np.flatnonzero(np.isfinite(positions).all(axis=1))
+    pairs = known[cKDTree(positions[known]).query_pairs(_CLEAR, output_type="ndarray")]  # the earlier one first
+    np.minimum.at(hidden_by, pairs[:, 0], np.linalg.norm(positions[pairs[:, 0]] - positions[pairs[:, 1]], axis=-1))
     return np.asarray(np.clip((hidden_by - _COINCIDENT) / (_CLEAR - _COINCIDENT), 0.0, 1.0))
 
 
@@ -109,8 +122,9 @@ def robot_scale(scene: Scene) -> float:
     model, data = scene.model, mujoco.MjData(scene.model)
     mujoco.mj_kinematics(model, data)
     name = scene.spec.bodies[0]
-    all_own = [g for g in range(model.ngeom) if model.geom(g).name.startswith(f"{name}/")]
-    own = [g for g in all_own if model.geom_group[g] == 3] or all_own
+    all_own = np.flatnonzero(_owners(scene) == 0)
+    solid = all_own[model.geom_group[all_own] == 3]
+    own = solid if solid.size else all_own
     half = np.abs(data.geom_xpos[own, :2] - data.body(f"{name}/").xpos[:2]) + model.geom_aabb[own, 3:5]
     return float(half.max() / _NH_MINI)
 
@@ -124,15 +138,18 @@ def wheel_angles(pose: np.ndarray, wheel_radius: float, half_separation: float) 
     return np.asarray(np.cumsum(np.stack([ahead - turn, ahead + turn], axis=-1), axis=0) / wheel_radius)
 
 
-def _parts(scene: Scene) -> list[_Parts]:
+def _owners(scene: Scene) -> np.ndarray:
+    """Returns whose each geom is, as the robot's place among those with a body, or -1; shape (ngeom,)."""
     model = scene.model
-    found = []
-    for name, tyres in zip(scene.spec.bodies, scene.addresses.tyres, strict=True):
-        own = np.array([model.geom(k).name.startswith(f"{name}/") for k in range(model.ngeom)])
-        left, right = (_drawn_tyre(model, int(tyre)) for tyre in tyres)
-        plain = np.flatnonzero(own & (model.geom_matid < 0))
-        found.append(_Parts(np.unique(model.geom_matid[own & (model.geom_matid >= 0)]), plain, (left, right)))
-    return found
+    place = np.full(model.nbody, -1)
+    place[[model.body(f"{name}/").id for name in scene.spec.bodies]] = np.arange(len(scene.spec.bodies))
+    return np.asarray(place[model.body_rootid[model.geom_bodyid]])
+
+
+def _looks(model: mujoco.MjModel) -> np.ndarray:
+    """Returns red, green, blue and opacity of every geom: its own, or by default its material's; shape (ngeom, 4)."""
+    by_material = (model.geom_matid >= 0) & (model.geom_rgba == _DEFAULT).all(axis=1)
+    return np.asarray(np.where(by_material[:, None], model.mat_rgba[model.geom_matid], model.geom_rgba))
 
 
 def _drawn_tyre(model: mujoco.MjModel, tyre: int) -> np.ndarray:
@@ -142,11 +159,3 @@ def _drawn_tyre(model: mujoco.MjModel, tyre: int) -> np.ndarray:
         return shown
     largest = shown[np.argmax(model.geom_rbound[shown])]
     return np.asarray(shown[model.geom_matid[shown] == model.geom_matid[largest]])
-
-
-def _colour_of(model: mujoco.MjModel, geoms: np.ndarray) -> np.ndarray:
-    """Returns the colour (3,) of the first of some geoms, black where there is none."""
-    if not geoms.size:
-        return np.zeros(3)
-    material = model.geom_matid[geoms[0]]
-    return np.array(model.mat_rgba[material, :3] if material >= 0 else model.geom_rgba[geoms[0], :3])

@@ -6,11 +6,13 @@ import itertools
 
 import mujoco
 import numpy as np
+from scipy.spatial import cKDTree
 
 from nhtrack import se2
 from nhtrack.simulation.palette import rgb
 from nhtrack.simulation.scene import Scene
 from nhtrack.video.bodies import fading
+from nhtrack.video.look import FLEET
 from nhtrack.video.timeline import LONGEST, Timeline
 
 __all__ = ["Floor"]
@@ -55,6 +57,7 @@ class Floor:
         self._width = _WIDTH * lines / 480
         self._shade = np.array([*3 * [_LINE_SHADES[shadows]], 1.0], np.float32)
         count = len(scene.spec.robots)
+        self._largest = _places(timeline.pose[..., :2]) if count > FLEET else np.inf
         self._colours = np.array([rgb(scene.spec.colour(place)) for place in range(count)])
 
     @property
@@ -69,7 +72,7 @@ class Floor:
         self._add_skids(frame)
         self._add_trails(frame)
         self._add_slots(frame)
-        self._add_pointers(frame, _FAR_DISC * distance)
+        self._add_pointers(frame, min(_FAR_DISC * distance, self._largest))
 
     def _add_skids(self, frame: int) -> None:
         now = self._timeline.time[frame]
@@ -111,7 +114,9 @@ class Floor:
         self._add_disc(poses[0], max(scale * _DISC, 1.15 * far), _ROOT_DISC, self._pale(0, 0.6))
         for place in map(int, np.flatnonzero(shares)):
             if place:
-                self._add_disc(poses[place], size, _DISC_ABOVE + _STACK * place, self._pale(place, 0.5 * shares[place]))
+                self._add_disc(
+                    poses[place], size, _DISC_ABOVE + _STACK * (place % FLEET), self._pale(place, 0.5 * shares[place])
+                )
             points = np.asarray(se2.act(poses[place][None], size * _CHEVRON))
             self._add_line(self._at_height(points, _LINE), self._pale(place, shares[place]), 1.6 * self._width)
 
@@ -149,6 +154,12 @@ class Floor:
     def _next_geom(self) -> mujoco.MjvGeom:
         self._visual.ngeom += 1
         return self._visual.geoms[self._visual.ngeom - 1]
+
+
+def _places(positions: np.ndarray) -> float:
+    """Returns the radius of discs around robots (f, n, 2) that leaves half of them apart from all others [m]."""
+    some = positions[:: max(1, len(positions) // 10)]
+    return float(np.median([cKDTree(each).query(each, k=2)[0][:, 1] for each in some])) / 2
 
 
 def _solid(rgb: np.ndarray) -> np.ndarray:

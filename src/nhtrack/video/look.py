@@ -7,9 +7,10 @@ from dataclasses import dataclass
 from nhtrack.errors import RenderError, did_you_mean
 from nhtrack.video.camera import CAMERAS
 
-__all__ = ["CROWD", "QUALITIES", "SPLIT", "Look", "Quality"]
+__all__ = ["CROWD", "FLEET", "QUALITIES", "SPLIT", "Look", "Quality"]
 
 CROWD = 20  # more robots than this are drawn with less
+FLEET = 100  # more than this without parts of a pixel or two, and with signs no larger than their places
 
 SPLIT = "split"  # the group camera beside a live plot of the errors
 

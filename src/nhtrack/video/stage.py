@@ -13,7 +13,7 @@ from nhtrack.simulation.scene import Scene
 from nhtrack.video.bodies import Bodies, robot_scale, wheel_angles
 from nhtrack.video.camera import CameraPath
 from nhtrack.video.floor import Floor
-from nhtrack.video.look import CROWD, QUALITIES, Quality
+from nhtrack.video.look import CROWD, FLEET, QUALITIES, Quality
 from nhtrack.video.timeline import Timeline
 
 __all__ = ["Stage"]
@@ -21,6 +21,7 @@ __all__ = ["Stage"]
 _SPARE_GEOMS = 200  # room for what MuJoCo itself adds to a scene
 _OUT_OF_SIGHT = (0.0, 0.0, -100.0)  # [m]
 _SHADOWED = 0.2  # share of the key light's angle in which it casts shadows: the picture's width of floor
+_VISIBLE = 2.0  # [pixels] smallest part that is drawn of each of a fleet's robots, where they are nearest
 _LIT_WIDTH = 1.1  # [m] half width of the floor that the key light reaches from its own height
 
 
@@ -53,6 +54,9 @@ class Stage:
         _set_quality(scene, size, camera.distance, quality)
         shadows = _shadow(scene, quality) > 0
         self._bodies, self._embodied = Bodies(scene), slice(scene.spec.first_body, None)
+        if len(scene.spec.robots) > FLEET:
+            half = np.tan(np.radians(model.vis.global_.fovy) / 2)
+            self._bodies.leave_out(_VISIBLE * 2 * half * float(camera.distance.min()) / size[1])
         self._floor = Floor(scene, timeline, robot_scale(scene), size[1], shadows)
         self._data, self._twin_data = mujoco.MjData(model), mujoco.MjData(model)
         self._twin_qpos = _twin_qpos(scene, timeline)
