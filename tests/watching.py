@@ -8,7 +8,7 @@ import numpy as np
 
 from nhtrack.experiment.followers import Tracking
 from nhtrack.experiment.loop import run
-from nhtrack.experiment.recorder import Streaming
+from nhtrack.experiment.recorder import Shape, Streaming
 from nhtrack.experiment.rows import Rows
 from nhtrack.laws import law_in
 from nhtrack.network import Network
@@ -19,18 +19,26 @@ LAWS = Path(__file__).parent / "laws"
 ECHO = law_in(LAWS / "echo.py")
 
 
-class _Seen(Streaming):
-    """Keeps the law's memory."""
+class Memories(Streaming):
+    """Keeps the law's memory, shape (t, b, n, values)."""
+
+    def begin(self, shape: Shape) -> None:
+        super().begin(shape)
+        self._kept: list[np.ndarray] = []
 
     def take(self, first: int, rows: Rows) -> None:
-        self.memories = [*getattr(self, "memories", ()), *rows.memory[:, 0].copy()]
+        self._kept.append(rows.memory.copy())
+
+    @property
+    def rows(self) -> np.ndarray:
+        return np.concatenate(self._kept)
 
 
 def watch(
     network: Network, inputs: np.ndarray, start: State, dt: float, tracking: Tracking | None = None
 ) -> dict[str, np.ndarray]:
     """What followers saw in each period and at the end, (t, n) by the names of the memory of `tests/laws/echo.py`."""
-    recorder = _Seen()
+    recorder = Memories()
     failure = run(IdealSimulation(network.names, None, dt), ECHO(), network, inputs, start, recorder, tracking)
     assert failure is None
-    return dict(zip(ECHO.memory._fields, np.moveaxis(np.array(recorder.memories), -1, 0), strict=True))
+    return dict(zip(ECHO.memory._fields, np.moveaxis(recorder.rows[:, 0], -1, 0), strict=True))

@@ -11,7 +11,6 @@ import pytest
 
 import tolerances as tol
 from nhtrack.errors import SimulationDiverged
-from nhtrack.experiment.loop import rollout
 from nhtrack.recording import Recording
 from nhtrack.scenario.build import build, make_reference
 from nhtrack.scenario.campaign import Campaign, Starts
@@ -27,6 +26,7 @@ from nhtrack.study.campaign.draw import draw_pieces, draw_starts
 from nhtrack.study.campaign.run import CampaignError, measure, run_campaign
 from nhtrack.study.campaign.tables import COLUMNS, cells_of, worst_first
 from nhtrack.study.run import run
+from watching import Memories
 
 CASE = """
 name: case
@@ -181,25 +181,9 @@ def test_a_part_is_what_its_starts_are_alone(tmp_path: Path) -> None:
 def test_switches_are_changes_of_the_law_s_memory(tmp_path: Path) -> None:
     cell = Cell(case(tmp_path, "duration=30", "control_rate=50"), "universal", "random")
     experiment = cell.experiment(slice(0, 6))
-    counted, before = np.zeros(6), None
-
-    class Counting:
-        """The law, with an eye on its memory."""
-
-        def init(self, follower: object, leader: object) -> object:
-            return experiment.law.init(follower, leader)  # type: ignore[arg-type]
-
-        def __call__(self, follower: object, leader: object, memory: object) -> object:
-            nonlocal before, counted
-            u, after = experiment.law(follower, leader, memory)  # type: ignore[arg-type]
-            now = np.stack([np.asarray(entry, dtype=float)[:, 0] for entry in after])
-            if before is not None:
-                counted += (now != before).sum(axis=0)
-            before = now
-            return u, after
-
-    simulation = campaigns._simulation(experiment, "ideal")
-    rollout(simulation, Counting(), experiment.network, experiment.inputs, experiment.start)  # type: ignore[arg-type]
+    recorder = Memories()
+    experiment.record(campaigns._simulation(experiment, "ideal"), recorder)
+    counted = (np.diff(recorder.rows[:, :, 1], axis=0) != 0).sum(axis=(0, 2))
     assert counted.max() > 2
     np.testing.assert_array_equal(measure(cell, slice(0, 6))["switches"], counted)
 

@@ -62,9 +62,10 @@ class Tally(Streaming):
         begun = slice(1 if first == 0 else 0, None)  # telemetry is of the period before, and before the first is none
         used = np.where(running, held["friction_utilisation"].max(axis=-1), 0.0)[begun]
         self._utilisation = np.fmax(self._utilisation, used.max(axis=0, initial=0.0))
-        self._saturated += np.where(running, held["torque_saturation"].max(axis=-1), 0.0)[begun].sum(axis=0)
+        saturated = np.where(running, held["torque_saturation"].max(axis=-1), 0.0)[begun]
+        self._saturated = _summed(self._saturated, saturated)
         u = np.nan_to_num(held["input"])  # nothing is commanded at the end
-        self._effort += np.where(running[..., None], u**2, 0.0).sum(axis=0)
+        self._effort = _summed(self._effort, np.where(running[..., None], u**2, 0.0))
         self._count_switches(rows.memory[:, :, _FOLLOWER][..., list(self._watch.modes)], running)
 
     def figures(self, lost: Array) -> dict[str, Array]:
@@ -104,3 +105,8 @@ class Tally(Streaming):
         changed = np.diff(modes, axis=0, prepend=before) != 0
         self._switches += np.where(running[..., None], changed, False).sum(axis=(0, 2))
         self._memory = modes[-1:].copy()
+
+
+def _summed(before: Array, rows: Array) -> Array:
+    """Returns a sum with rows added one by one: how many come at once, a matter of time, leaves the last digits."""
+    return np.add.accumulate(np.concatenate([before[None], rows]))[-1]
