@@ -6,7 +6,6 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import mujoco
-import numpy as np
 import pytest
 
 from nhtrack.simulation.mujoco import MujocoSimulation
@@ -17,6 +16,7 @@ from nhtrack.study.fidelity.suite import CHECKS
 pytestmark = pytest.mark.slow
 
 ROBOT = "nh_mini"
+SHARES = ("before_share", "after_share", "force_share")  # what the correction is made of
 
 
 def wheels_swapped(scene: Scene) -> Scene:
@@ -56,21 +56,16 @@ def cylinders(scene: Scene) -> Scene:
 
 def correction_times(factor: float) -> Callable[[MujocoSimulation], None]:
     def tamper(simulation: MujocoSimulation) -> None:
-        sound = simulation._rate_correction
-        simulation._rate_correction = lambda *motion: factor * sound(*motion)  # type: ignore[method-assign]
+        shares = {name: factor * getattr(simulation.wheels, name) for name in SHARES}
+        simulation.wheels = simulation.wheels._replace(**shares)
 
     return tamper
 
 
 def correction_on_ice(simulation: MujocoSimulation) -> None:
     """A correction that were a force of its own would move robots without friction too."""
-    step = simulation._physics_step
-
-    def pushing(k: int, u: np.ndarray) -> None:
-        step(k, u)
-        simulation._plane_velocity[:] += 1e-5 * (simulation._surface is not None)
-
-    simulation._physics_step = pushing  # type: ignore[method-assign]
+    for model in simulation._models:
+        model.opt.gravity[1] += 1e-3 * simulation.wheels.corrected
 
 
 @dataclass(frozen=True)
