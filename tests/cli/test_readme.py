@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 from typer.main import get_command
 
+import nhtrack
 from nhtrack.cli.app import app
 from nhtrack.scenario.load import load_text
 
@@ -30,6 +31,16 @@ def commands() -> list[list[str]]:
 
 def test_the_scenario_is_one() -> None:
     assert load_text(block("yaml"), source="README.md").name == "meet"
+
+
+def test_the_law_is_one_and_tracks(tmp_path: Path) -> None:
+    (tmp_path / "my_law.py").write_text(block("py"), encoding="utf-8")
+    scenario = block("yaml").replace("{name: published, kp: 1, kd: 2.5, ke: 0.5, k: 5}", "{file: my_law.py, k_x: 2}")
+    loaded = load_text(scenario, directory=tmp_path, overrides=["backend=ideal"])
+    assert loaded.law.kind.entry.interpreted is None
+    error = nhtrack.run(loaded)["error"].sel(robot="follower")
+    start, end = (float(abs(error[i, :2]).max()) for i in (0, -1))
+    assert end < 0.05 * start
 
 
 def test_every_command_exists_and_takes_these_options() -> None:
