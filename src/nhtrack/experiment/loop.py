@@ -28,7 +28,6 @@ from nhtrack.experiment.followers import (
 )
 from nhtrack.experiment.kernels import Block, command_fleet, finish_fleet, run_ideal, run_on_wheels
 from nhtrack.experiment.recorder import FullRecorder, Recorder, Shape
-from nhtrack.experiment.rows import Rows
 from nhtrack.laws.law import Law
 from nhtrack.network import Network
 from nhtrack.simulation.engine import roll_units
@@ -181,7 +180,7 @@ class _Loop:
             self._advance(block)
             kept = int(written.min())
             rows = shape.row_after(done + kept) - first
-            self.recorder.add(first, Rows(*(values[:rows] for values in block.rows)))
+            self.recorder.add(first, rows)
             failure = failure_of(self.simulation, self.law, self.followers, self.memories, done + written)
             if failure is not None:
                 return failure

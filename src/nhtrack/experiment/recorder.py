@@ -71,9 +71,10 @@ class Shape(NamedTuple):
         """Returns room for so many rows, made by `empty`."""
         b, n = self.simulations, self.robots
         return Rows(
-            empty((count, b, n, self.columns)),
-            np.empty((count if memory else 0, b, n, max(self.memory, 1))),
-            empty((count if qpos and self.qpos[0] else 0, b, *self.qpos)),
+            empty((b, count, n, self.columns)),
+            np.empty((b, count if memory else 0, n, max(self.memory, 1))),
+            empty((b, count if qpos and self.qpos[0] else 0, *self.qpos)),
+            0,
         )
 
 
@@ -94,8 +95,8 @@ class Recorder(Protocol):
         """Returns where rows from `first` on are to be written, at most `count` of them."""
         ...
 
-    def add(self, first: int, rows: Rows) -> None:
-        """Takes rows that have been written, from `first` on."""
+    def add(self, first: int, count: int) -> None:
+        """Is told that so many rows have been written, from `first` on."""
         ...
 
 
@@ -118,12 +119,11 @@ class FullRecorder:
 
     def space(self, first: int, count: int) -> Rows:
         """Returns the rows themselves."""
-        table, memory, qpos = self._rows
-        return Rows(table[first : first + count], memory, qpos[first : first + count])
+        return self._rows._replace(first=first)
 
-    def add(self, first: int, rows: Rows) -> None:
+    def add(self, first: int, count: int) -> None:
         """Counts the rows."""
-        self.count = first + len(rows.table)
+        self.count = first + count
 
     @property
     def time(self) -> np.ndarray:
@@ -134,13 +134,15 @@ class FullRecorder:
     @property
     def variables(self) -> dict[str, np.ndarray]:
         """Arrays of shape (t, b, n, ...) by the names of `nhtrack.recording.VARIABLES`."""
-        return named(self._rows.table[: self.count])
+        return named(self._rows.table[:, : self.count].swapaxes(0, 1))
 
     @property
     def qpos(self) -> np.ndarray | None:
         """MuJoCo's configurations, shape (t, b, nq), or None."""
-        held = self._rows.qpos[: self.count]
-        return held.reshape(*held.shape[:2], -1) if len(self._rows.qpos) else None
+        held = self._rows.qpos
+        if not held.shape[1]:
+            return None
+        return held[:, : self.count].reshape(len(held), self.count, -1).swapaxes(0, 1)
 
 
 class Streaming:
@@ -154,12 +156,12 @@ class Streaming:
 
     def space(self, first: int, count: int) -> Rows:
         """Returns the block's rows, as many as there are."""
-        table, memory, qpos = self._rows
-        return Rows(table[:count], memory[:count], qpos)
+        return self._rows
 
-    def add(self, first: int, rows: Rows) -> None:
+    def add(self, first: int, count: int) -> None:
         """Looks at the rows."""
-        self.take(first, rows)
+        table, memory, qpos, _ = self._rows
+        self.take(first, Rows(table[:, :count], memory[:, :count], qpos, 0))
 
     def take(self, first: int, rows: Rows) -> None:
         """Looks at rows from `first` on; they are gone afterwards."""

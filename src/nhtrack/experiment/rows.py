@@ -26,17 +26,19 @@ _BARE = BARE
 
 
 class Rows(NamedTuple):
-    """Where rows are written; k of them, for b simulations of n robots.
+    """Where rows are written, for b simulations of n robots; the rows of a simulation lie behind each other.
 
     Attributes:
-        table: shape (k, b, n, BARE) or, with telemetry, (k, b, n, BARE + columns.WIDTH).
-        memory: of the law after its command, shape (k, b, n, values), or no rows.
-        qpos: MuJoCo's configuration, shape (k, b, p, coordinates of a robot), or no rows.
+        table: shape (b, k, n, BARE) or, with telemetry, (b, k, n, BARE + columns.WIDTH).
+        memory: of the law after its command, shape (b, k, n, values), or k = 0.
+        qpos: MuJoCo's configuration, shape (b, k, p, coordinates of a robot), or k = 0.
+        first: which of the rows is the next.
     """
 
     table: np.ndarray
     memory: np.ndarray
     qpos: np.ndarray
+    first: int
 
 
 def named(table: np.ndarray) -> dict[str, np.ndarray]:
@@ -54,7 +56,7 @@ def write_row(
 ) -> None:  # fmt: skip
     """Writes the row k of a simulation; the last row of a run has no input, since nothing is commanded any more."""
     for i in range(g.shape[0]):
-        row = rows.table[k, b, i]
+        row = rows.table[b, rows.first + k, i]
         for c in range(3):
             row[c] = g[i, c]
             row[3 + c] = xi[i, c]
@@ -62,22 +64,25 @@ def write_row(
             row[11 + c] = tracked[i, 3 + c]
         row[6] = u[i, 0] if commanded else math.nan
         row[7] = u[i, 1] if commanded else math.nan
-        place = (tracked[i, 0], tracked[i, 1], tracked[i, 2])
-        x, y, heading = planar.between(place, (g[i, 0], g[i, 1], g[i, 2]))
-        row[14] = x
-        row[15] = y
-        row[16] = planar.wrap(heading)
+        if math.isnan(tracked[i, 0]):  # the root, which tracks nobody
+            row[14] = row[15] = row[16] = math.nan
+        else:
+            place = (tracked[i, 0], tracked[i, 1], tracked[i, 2])
+            x, y, heading = planar.between(place, (g[i, 0], g[i, 1], g[i, 2]))
+            row[14] = x
+            row[15] = y
+            row[16] = planar.wrap(heading)
         for c in range(row.shape[0] - _BARE):
             row[_BARE + c] = telemetry[i, c]
-        if rows.memory.shape[0] > 0:
+        if rows.memory.shape[1] > 0:
             for c in range(memory.shape[1]):
-                rows.memory[k, b, i, c] = memory[i, c]
+                rows.memory[b, rows.first + k, i, c] = memory[i, c]
 
 
 @compiled_inside
 def write_qpos(rows: Rows, k: int, b: int, qpos: np.ndarray) -> None:
     """Writes MuJoCo's configuration, where it is kept."""
-    if rows.qpos.shape[0] > 0:
+    if rows.qpos.shape[1] > 0:
         for robot in range(qpos.shape[0]):
             for c in range(qpos.shape[1]):
-                rows.qpos[k, b, robot, c] = qpos[robot, c]
+                rows.qpos[b, rows.first + k, robot, c] = qpos[robot, c]

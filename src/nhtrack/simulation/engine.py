@@ -20,6 +20,7 @@ from nhtrack.simulation.plant import (
     demand_of,
     friction_at,
     gravity_at,
+    length,
     predicted_utilisation,
     saturated,
     utilisation,
@@ -287,7 +288,7 @@ def _torque(
     asked = terms[0] * row[0, wheel] + terms[1] * row[1, wheel] + terms[2] * row[2, wheel]
     asked += terms[3] * row[3, wheel] + terms[4] * row[4, wheel] + terms[5] * row[5, wheel]
     force = motion.force[b, robot, wheel]
-    slides = math.hypot(force[0], force[1]) >= SLIDING * motion.friction[b, robot, wheel] * force[2]
+    slides = length(force[0], force[1]) >= SLIDING * motion.friction[b, robot, wheel] * force[2]
     plant = wheels.plant
     line = qvel[wheels.wheel_dofs[wheel]] / plant.no_load_speed
     given = saturated(asked, line, plant.stall_torque, plant.torque_limit, wheels.lag if slides else 0.0)
@@ -339,7 +340,7 @@ def _note_forces(wheels: Wheels, motion: Motion, b: int, robot: int) -> None:
         force, noted = motion.force[b, robot, wheel], motion.rolled[b, robot, wheel]
         noted[3] += force[2]
         limit = motion.friction[b, robot, wheel] * max(force[2], 0.0)
-        noted[4] = max(noted[4], utilisation(math.hypot(force[0], force[1]), limit))
+        noted[4] = max(noted[4], utilisation(length(force[0], force[1]), limit))
 
 
 @compiled_inside

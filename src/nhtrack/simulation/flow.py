@@ -25,6 +25,7 @@ class Integrator(NamedTuple):
         plant: reduced model of what the wheels would be.
         floor: what they would stand on.
         measured: whether telemetry is written.
+        first_body: 1 where the root is virtual and has no wheels, else 0.
         keep_going: whether a simulation that runs away may be lost.
     """
 
@@ -32,6 +33,7 @@ class Integrator(NamedTuple):
     plant: Plant
     floor: Floor
     measured: bool
+    first_body: int
     keep_going: bool
 
 
@@ -99,7 +101,9 @@ def _stop(flow: Flow, b: int) -> None:
 def measure_flow(integrator: Integrator, flow: Flow, b: int) -> None:
     """Writes what wheels would have to do for the motion at the end of the period."""
     plant, floor = integrator.plant, integrator.floor
-    for i in range(flow.g.shape[1]):
+    if integrator.first_body:
+        fill(flow.telemetry[b, 0], math.nan)
+    for i in range(integrator.first_body, flow.g.shape[1]):
         row, g, xi, u = flow.telemetry[b, i], flow.g[b, i], flow.xi[b, i], flow.u[b, i]
         g_0, xi_0 = flow.g_before[b, i], flow.xi_before[b, i]
         first = demand_of(plant, floor, g_0[2], xi_0[0], xi_0[2], u[0], u[1])

@@ -45,6 +45,7 @@ class IdealSimulation:
         drive: the robots' reduced model, for telemetry; None leaves no telemetry.
         dt: control period [s].
         ground: what the wheels would stand on.
+        virtual_root: whether the root has no wheels, of which there would be telemetry.
         keep_going: let a simulation of a batch that runs away stop where it is, so that the others can go on; else it
             raises SimulationDiverged.
     """
@@ -56,6 +57,7 @@ class IdealSimulation:
         dt: float,
         ground: Ground | None = None,
         *,
+        virtual_root: bool = False,
         keep_going: bool = False,
     ) -> None:
         self.names, self.drive, self.dt, self.ground, self.keep_going = names, drive, dt, ground or Ground(), keep_going
@@ -64,6 +66,7 @@ class IdealSimulation:
             plant=plant_of(drive or _NO_WHEELS),
             floor=floor_of(self.ground),
             measured=drive is not None,
+            first_body=int(virtual_root),
             keep_going=keep_going,
         )
 

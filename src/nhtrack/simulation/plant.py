@@ -100,6 +100,12 @@ def plant_of(drive: DiffDrive) -> Plant:
 
 
 @compiled_inside
+def length(x: float, y: float) -> float:
+    """Returns the length of a vector; several times as quick as `hypot`, for what does not overflow when squared."""
+    return math.sqrt(x * x + y * y)
+
+
+@compiled_inside
 def friction_at(floor: Floor, x: float, y: float) -> float:
     """Returns the friction coefficient at a point; where patches overlap the last one counts."""
     friction = floor.friction
@@ -142,7 +148,7 @@ def demand_of(
     return Demand(
         (half * (driven - turned), half * (driven + turned)),
         (left, right),
-        (math.hypot((f_x - moment) / 2, f_y / 2), math.hypot((f_x + moment) / 2, f_y / 2)),
+        (length((f_x - moment) / 2, f_y / 2), length((f_x + moment) / 2, f_y / 2)),
     )
 
 

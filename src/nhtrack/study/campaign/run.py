@@ -33,7 +33,7 @@ from nhtrack.study.feasibility import fitting_time
 from nhtrack.study.run import save_json, versions
 from nhtrack.study.tune import tune
 
-PART = {"ideal": 2500, "mujoco": 250}  # starts in a part: few enough for the caches, and to lose little when stopped
+PART = {"ideal": 1000, "mujoco": 250}  # starts in a part: few enough for the caches, and to lose little when stopped
 
 # What gains depend on, with the time scale; neither backend nor starts.
 _TUNED_BY = ("duration", "robot", "physics", "control_rate", "laws", "families", "tuning")
@@ -161,7 +161,9 @@ def _simulation(experiment: Experiment, backend: str) -> IdealSimulation | Mujoc
     spec = experiment.scene
     if backend == "ideal":
         plant = reduced_models(spec)[1]
-        return IdealSimulation(experiment.network.names, plant, experiment.dt, spec.ground, keep_going=True)
+        return IdealSimulation(
+            experiment.network.names, plant, experiment.dt, spec.ground, virtual_root=True, keep_going=True
+        )
     batch = experiment.start.g.shape[:1]
     return MujocoSimulation(stepped_scene(spec), experiment.dt, batch, spec=spec, keep_going=True)
 

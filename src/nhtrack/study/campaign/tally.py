@@ -56,7 +56,7 @@ class Tally(Streaming):
 
     def take(self, first: int, rows: Rows) -> None:
         """Takes a block of rows; of a run that is lost, those before it was."""
-        held = named(rows.table[:, :, _FOLLOWER])
+        held = named(rows.table[:, :, _FOLLOWER].swapaxes(0, 1))
         running = ~np.isnan(held["wheel_speed"][..., 0])  # what is lost has no telemetry
         self._watch_errors(first, held["error"])
         begun = slice(1 if first == 0 else 0, None)  # telemetry is of the period before, and before the first is none
@@ -66,7 +66,7 @@ class Tally(Streaming):
         self._saturated = _summed(self._saturated, saturated)
         u = np.nan_to_num(held["input"])  # nothing is commanded at the end
         self._effort = _summed(self._effort, np.where(running[..., None], u**2, 0.0))
-        self._count_switches(rows.memory[:, :, _FOLLOWER][..., list(self._watch.modes)], running)
+        self._count_switches(rows.memory[:, :, _FOLLOWER].swapaxes(0, 1)[..., list(self._watch.modes)], running)
 
     def figures(self, lost: Array) -> dict[str, Array]:
         """Returns the figures by the columns of `nhtrack.study.campaign.tables`, in scenario units, shape (b,)."""
