@@ -262,6 +262,7 @@ def test_a_section_crosses_to_a_worker_with_its_text(tmp_path: Path) -> None:
 LATE = "if follower.x > 0.05:\n    {}\nreturn 5.0, 0.0, memory"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("body", "expected"),
     [
@@ -277,6 +278,7 @@ def test_a_law_that_fails_later_ends_the_run_with_its_line(tmp_path: Path, body:
     assert 10 < len(outcome.recording.time) < 200
 
 
+@pytest.mark.slow
 def test_a_recording_runs_again_with_the_law_it_holds(tmp_path: Path) -> None:
     path = written(tmp_path, GAINS + "    way: int = 1\n" + command())
     loaded = load_text(scenario("{file: mine.py, k: 3}"), directory=tmp_path)
@@ -297,6 +299,7 @@ def test_a_recording_runs_again_with_the_law_it_holds(tmp_path: Path) -> None:
     assert load_recorded(first, "it", [f"law.file={other}"])[0].law.kind.file == str(other)
 
 
+@pytest.mark.slow
 def test_gains_of_a_recording_are_in_robot_units(tmp_path: Path) -> None:
     written(tmp_path, GAINS + command())
     text = scenario("{file: mine.py, k: 3}") + "similarity: {length: 2, time: 0.5}\n"
@@ -353,6 +356,7 @@ BREAKS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", BREAKS)
 def test_contract_is_broken_by_a_law_that_breaks_it(tmp_path: Path, name: str) -> None:
     class Contract(LawContract):
@@ -364,6 +368,7 @@ def test_contract_is_broken_by_a_law_that_breaks_it(tmp_path: Path, name: str) -
             getattr(Contract(), name)()
 
 
+@pytest.mark.slow
 def test_contract_tests_only_what_is_claimed(tmp_path: Path) -> None:
     class Contract(LawContract):
         law = law_in(written(tmp_path, GAINS + command("return follower.x, 1.0 + follower.theta, memory")))()

@@ -55,7 +55,7 @@ def unpacked_wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("folder", ["models", "scenarios"])
+@pytest.mark.parametrize("folder", ["models", "scenarios", "examples"])
 def test_wheel_carries_every_file(unpacked_wheel: Path, folder: str) -> None:
     in_checkout = {path.relative_to(ROOT) for path in ROOT.joinpath(folder).rglob("*") if path.is_file()}
     bundled = unpacked_wheel / "nhtrack" / "_bundled"

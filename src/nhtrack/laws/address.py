@@ -90,7 +90,7 @@ def _reason(error: Exception, kind: LawKind) -> str:
         said += " " + next((line for line in lines[first + 1 :] if line), "")
     name = re.escape(Path(kind.file).name)
     numbers = [a or b for a, b in re.findall(rf'{name}"?, line (\d+)|{name} \((\d+)\)', text)]
-    return said[:200] + (f" ({kind.file}:{numbers[-1]})" if numbers else "")
+    return said.partition(" Raised from ")[0][:200] + (f" ({kind.file}:{numbers[-1]})" if numbers else "")
 
 
 _COLOUR = re.compile(r"\x1b\[[0-9;]*m")

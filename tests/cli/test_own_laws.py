@@ -1,0 +1,132 @@
+"""A law of one's own in every command, in a folder outside the checkout."""
+
+from __future__ import annotations
+
+import json
+import os
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner, Result
+
+from nhtrack import assets
+from nhtrack.cli.app import app
+from nhtrack.recording import Recording
+from nhtrack.scenario.load import load
+
+CAMPAIGN = """\
+name: mine
+duration: 20
+laws: {mine: {file: my_law.py, k_x: 2}, rival: {name: kanayama}}
+families: [line]
+starts: {count: 4, radius: 1}
+tuning: {laws: [mine], budget: 8, starts: 2}
+"""
+QUIET = ["--no-video", "--no-figures", "--no-report"]
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    scenario = assets.find_example("write_a_law/my_scenario.yaml").read_text(encoding="utf-8")
+    Path("my_scenario.yaml").write_text(scenario + "backend: ideal\n", encoding="utf-8")
+    return tmp_path
+
+
+def nhtrack(*arguments: str, code: int = 0) -> Result:
+    done = CliRunner().invoke(app, list(arguments))
+    assert done.exit_code == code, done.output
+    return done
+
+
+def test_init_writes_a_law_and_replaces_none() -> None:
+    said = nhtrack("init", "--law").output
+    assert said.startswith("wrote my_law.py; try it with:")
+    assert "my_law law" in nhtrack("validate", "my_scenario.yaml").output
+    Path("my_law.py").write_text("mine", encoding="utf-8")
+    assert "my_law.py exists" in nhtrack("init", "--law", "my_law.py", code=1).output
+    assert Path("my_law.py").read_text(encoding="utf-8") == "mine"
+    nhtrack("init", "--law", "my_law.py", "--force")
+    assert "class Gains" in Path("my_law.py").read_text(encoding="utf-8")
+    assert "a law is a Python file" in nhtrack("init", "--law", "law.yaml", code=2).output
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "expected"),
+    [
+        ("def command", "def comand", "my_law.py:1: no function `command`"),
+        ("(v - last_v) / period", "v / (period - period)", "my_law.py:52: `command` raised ZeroDivisionError"),
+        ("k_x: Annotated[float", "k_z: Annotated[float", "law.k_x: unknown key; did you mean 'k_z'?"),
+    ],
+)  # fmt: skip
+def test_a_faulty_law_is_refused_before_a_run(before: str, after: str, expected: str) -> None:
+    nhtrack("init", "--law")
+    law = Path("my_law.py").read_text(encoding="utf-8")
+    Path("my_law.py").write_text(law.replace(before, after), encoding="utf-8")
+    for command in ("validate", "run"):
+        said = nhtrack(command, "my_scenario.yaml", code=2).output
+        assert expected in said
+        assert "my_scenario.yaml:9:" in said
+    assert not Path("runs").exists()
+
+
+@pytest.mark.slow
+def test_run_and_run_again_without_the_file() -> None:
+    nhtrack("init", "--law")
+    nhtrack("run", "my_scenario.yaml", *QUIET, "--set", "law.k_x=3", "--out", "first")
+    os.rename("my_law.py", "away.py")
+    said = nhtrack("run", "first/recording.nc", *QUIET, "--out", "second").output
+    assert "my_law.py is gone: law 'my_law' is taken from the recording" in said
+    first, second = (Recording.load(f"{name}/recording.nc") for name in ("first", "second"))
+    assert (first["pose"] == second["pose"]).all()
+    assert first.scenario["law"]["k_x"] == 3
+    law = json.loads(first.dataset.attrs["law"])
+    assert (law["name"], law["gains"]["k_x"], law["source"]) == ("my_law", 3, Path("away.py").read_text())
+
+
+@pytest.mark.slow
+def test_a_law_that_breaks_down_keeps_its_recording() -> None:
+    nhtrack("init", "--law")
+    text = Path("my_law.py").read_text(encoding="utf-8")
+    first = "    v, omega = velocities"
+    breaks = f"    assert follower.x < 0.5, 'too far'\n{first}"
+    Path("my_law.py").write_text(text.replace(first, breaks), encoding="utf-8")
+    said = nhtrack("run", "my_scenario.yaml", *QUIET, "--out", "out", code=3).output
+    assert "AssertionError: too far" in said
+    assert "my_law.py:50): robot 'follower' at t = " in said
+    assert Recording.load("out/recording.nc").outcome.startswith("diverged")
+
+
+@pytest.mark.slow
+def test_tune_writes_gains_back() -> None:
+    nhtrack("init", "--law")
+    nhtrack("tune", "my_scenario.yaml", "--budget", "16", "--write", "--set", "law.k_x=0.1")
+    text = Path("my_scenario.yaml").read_text(encoding="utf-8")
+    assert "law: {file: my_law.py, k_x: " in text
+    assert load("my_scenario.yaml").law.k_x > 0.1
+
+
+@pytest.mark.slow
+def test_compare_feasibility_and_a_campaign_in_workers() -> None:
+    nhtrack("init", "--law")
+    said = nhtrack("compare", "tour/hello", "my_law.py", "--backend", "ideal", *QUIET, "--out", "both").output
+    assert "my_law" in said
+    assert "law" in Recording.load("both/my_law/recording.nc").dataset.attrs
+    assert "Fits at" in nhtrack("feasibility", "my_scenario.yaml").output
+    Path("mine.yaml").write_text(CAMPAIGN, encoding="utf-8")
+    quiet = ["--no-figures", "--no-report", "--processes", "2"]
+    assert "mine: 4 starts against each reference" in nhtrack("campaign", "mine.yaml", *quiet).output
+    with open("my_law.py", "a", encoding="utf-8") as law:
+        law.write("# changed\n")
+    assert "another text of a law's file" in nhtrack("campaign", "mine.yaml", *quiet, code=1).output
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings("ignore:law .* runs as Python")  # as `main` does
+def test_a_law_as_python_says_so_once() -> None:
+    text = assets.find_example("write_a_law/my_law.py").read_text(encoding="utf-8")
+    slow = text.replace("    v, omega = velocities", "    import json\n    v, omega = velocities")
+    Path("my_law.py").write_text(slow, encoding="utf-8")
+    for command in (["run", "my_scenario.yaml", *QUIET], ["tune", "my_scenario.yaml", "--budget", "8"]):
+        said = nhtrack(*command, "--set", "duration=1").output
+        assert said.count("law 'my_law' runs as Python, each call some 250 times slower") == 1
