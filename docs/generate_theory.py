@@ -16,18 +16,20 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.patches import Polygon
 from pages import fill
-from pydantic import TypeAdapter
 from rich.progress import track
 
 from nhtrack import se2
-from nhtrack.control import Law, Leader, Published, Robots
-from nhtrack.control.baselines import BASELINES
-from nhtrack.control.virtual_leader import fold
+from nhtrack.experiment.loop import run
+from nhtrack.experiment.recorder import Shape, Streaming
+from nhtrack.experiment.rows import Rows, named
+from nhtrack.laws import Law, Leader, law_named
+from nhtrack.laws.virtual_leader import fold
+from nhtrack.network import Network
 from nhtrack.plots.style import INK, panel_title, styled
 from nhtrack.scenario.build import make_law
-from nhtrack.scenario.schema import Law as LawSection
+from nhtrack.scenario.law_sections import law_names, law_section
 from nhtrack.similarity import Similarity
-from nhtrack.simulation.kinematics import Kinematics
+from nhtrack.simulation.ideal import IdealSimulation
 from nhtrack.simulation.state import State
 
 DOCS = Path(__file__).parent
@@ -135,24 +137,39 @@ def chase(
     poses, twists = np.zeros((2, len(g), 2, 3))
     poses[:, 1], twists[:, 1] = g, xi
     twists[:, 0, 0], twists[:, 0, 2] = np.array([family.twist for family in families]).T
-    simulation = Kinematics(("leader", "follower"), 1 / rate)
-    state, memory, errors = simulation.reset(State(0.0, poses, twists)), None, []
-    for k, u_0 in enumerate(inputs):
-        follower = Robots(state.g[:, 1], state.xi[:, 1])
-        leader = Leader(state.g[:, 0], state.xi[:, 0], np.insert(u_0, 1, 0.0, axis=-1))
-        memory = law.init(follower, leader) if memory is None else memory
-        u, memory = law(follower, leader, memory)
-        if k >= round((1 - kept) * periods):
-            error = se2.between(leader.g, follower.g)
-            errors.append(np.concatenate([error[:, :2], se2.wrap(error[:, 2:])], axis=-1))
-        state = simulation.step(np.stack([u_0, u], axis=-2))
-    return Motion(np.array(errors), simulation.lost)
+    network = Network.from_parents({"leader": (), "follower": ("leader",)})
+    simulation = IdealSimulation(network.names, None, 1 / rate, keep_going=True)
+    recorder = _Late(round((1 - kept) * periods))
+    run(simulation, law, network, inputs, State(0.0, poses, twists), recorder)
+    return Motion(np.concatenate(recorder.errors)[:-1], simulation.lost)
 
 
-def tracking_law(gains: dict[str, Any], variant: str, dead_zone: Any = DEAD_ZONE) -> Published:
+class _Late(Streaming):
+    """Keeps the errors of followers from some row on, shape (t, b, 3).
+
+    Args:
+        begin: the first row to keep.
+    """
+
+    def __init__(self, begin: int) -> None:
+        self._begin = begin
+
+    def begin(self, shape: Shape) -> None:
+        """Begins with nothing."""
+        super().begin(shape)
+        self.errors: list[np.ndarray] = []
+
+    def take(self, first: int, rows: Rows) -> None:
+        """Keeps those of a block."""
+        error = named(rows.table[:, :, 1].swapaxes(0, 1))["error"]
+        self.errors.append(error[max(0, self._begin - first) :].copy())
+
+
+def tracking_law(gains: dict[str, Any], variant: str, dead_zone: Any = DEAD_ZONE) -> Law:
     """Returns the law of Theorem 1; a gain may be an array, one value a pair."""
-    options: Any = {"variant": variant, "dead_zone_length": dead_zone, "dead_zone_speed": dead_zone}
-    return Published(**gains, **options)
+    kind = law_named("published")
+    number = kind.described["variant"].choices.index(variant)
+    return kind(**gains, variant=number, dead_zone_length=dead_zone, dead_zone_speed=dead_zone)
 
 
 def worst(motion: Motion) -> tuple[np.ndarray, np.ndarray]:
@@ -186,9 +203,9 @@ def rivals() -> str:
     g, xi = (np.tile(array, (len(FAMILIES), 1)) for array in starts(RIVAL_STARTS, 2025))
     families = tuple(family for family in FAMILIES for _ in range(RIVAL_STARTS))
     cells: dict[str, list[str]] = {family.name: [] for family in FAMILIES}
-    names = (*BASELINES, "universal")
+    names = (*(name for name in law_names() if name not in ("published", "stabiliser", "universal")), "universal")
     for name in track(names, "rivals"):
-        law = make_law(TypeAdapter(LawSection).validate_python({"name": name}), Similarity())
+        law = make_law(law_section(name)(name=name), Similarity())
         add_column(cells, *worst(chase(law, families, g, xi, RIVAL_LATE)), RIVAL_HEADING)
     return families_table([f"`{name}`" for name in names], cells)
 
@@ -330,15 +347,13 @@ def printed_twist() -> Figure:
     figure = Figure(figsize=(7.2, 2.8))
     left, right = figure.subplots(1, 2)
     shares = np.linspace(0, 1, 201)
-    g = np.broadcast_to([0.3, 0.9, 2.6], (len(shares), 3))
-    twist_a, twist_b = np.array([0.8, 0.0, -0.6]), np.array([-0.2, 0.0, 0.7])
-    rest = np.zeros_like(g)
-    a, b = Leader(rest, rest + twist_a, rest), Leader(g, rest + twist_b, rest)
-    for combination, style in (("convex", {"linestyle": (0, (4, 2))}), ("exact", {})):
-        xi = fold(a, b, shares, combination, None)[0].xi  # type: ignore[arg-type]
+    a = _parent(np.zeros(3), np.array([0.8, 0.0, -0.6]))
+    b = _parent(np.array([0.3, 0.9, 2.6]), np.array([-0.2, 0.0, 0.7]))
+    for exact, style in ((False, {"linestyle": (0, (4, 2))}), (True, {})):
+        velocities = np.array([_folded_velocity(a, b, share, exact) for share in shares])
         for axis, colour, name in ((0, BLUE, "v_x"), (1, ORANGE, "v_y")):
-            label = f"${name}$ {'as printed' if combination == 'convex' else 'true'}"
-            left.plot(shares, xi[:, axis], color=colour, label=label, **style)
+            label = f"${name}$ {'true' if exact else 'as printed'}"
+            left.plot(shares, velocities[:, axis], color=colour, label=label, **style)
     left.set_xlabel("$\\lambda$")
     left.set_ylabel("body velocity [m/s]")
     left.legend(ncols=1, loc="best")
@@ -362,15 +377,26 @@ def printed_twist() -> Figure:
     return figure
 
 
+def _parent(g: np.ndarray, xi: np.ndarray) -> Leader:
+    return Leader(*map(float, (*g, *xi)), 0.0, 0.0, 0.0)
+
+
+def _folded_velocity(a: Leader, b: Leader, share: float, exact: bool) -> tuple[float, float]:
+    """Returns the body velocity of the leader folded from two."""
+    folded = fold(a, b, float(share), exact, 0.0, False)[0]
+    return folded.v_x, folded.v_y
+
+
 def unit_defects(count: int = 400_000) -> tuple[np.ndarray, np.ndarray]:
     """Returns headings apart [rad] and the size of true less printed velocity at lambda = 1/2 [m/s]."""
     rng = np.random.default_rng(7)
     radius, bearing, theta = np.sqrt(rng.uniform(0, 1, count)), *rng.uniform(-pi, pi, (2, count))
     g = np.stack([radius * np.cos(bearing), radius * np.sin(bearing), theta], axis=-1)
     xi = rng.uniform(-1, 1, (2, count, 3)) * [1, 0, 1]
-    rest = np.zeros_like(g)
-    a, b, half = Leader(rest, xi[0], rest), Leader(g, xi[1], rest), np.full(count, 0.5)
-    gap = fold(a, b, half, "exact", None)[0].xi - fold(a, b, half, "convex", None)[0].xi
+    origin, gap = np.zeros(3), np.empty((count, 2))
+    for k in range(count):
+        a, b = _parent(origin, xi[0, k]), _parent(g[k], xi[1, k])
+        gap[k] = np.subtract(_folded_velocity(a, b, 0.5, True), _folded_velocity(a, b, 0.5, False))
     return np.abs(theta), np.hypot(gap[:, 0], gap[:, 1])
 
 

@@ -27,7 +27,7 @@ class Memories(Streaming):
         self._kept: list[np.ndarray] = []
 
     def take(self, first: int, rows: Rows) -> None:
-        self._kept.append(rows.memory.copy())
+        self._kept.append(rows.memory.swapaxes(0, 1).copy())
 
     @property
     def rows(self) -> np.ndarray:

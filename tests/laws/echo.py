@@ -15,10 +15,12 @@ class Gains(NamedTuple):
     Attributes:
         more: added to both accelerations.
         breaks: the call from which it commands what is not finite.
+        raises: the call in which it raises an exception.
     """
 
     more: float = 1.0
     breaks: int = 1000000
+    raises: int = 1000000
 
 
 class Memory(NamedTuple):
@@ -49,6 +51,8 @@ def init(gains: Gains, period: float, follower: Follower, leader: Leader) -> Mem
 def command(
     gains: Gains, period: float, limits: Limits, follower: Follower, leader: Leader, memory: Memory
 ) -> tuple[float, float, Memory]:
+    if memory.calls == gains.raises:
+        raise ValueError("enough")
     u_x = nan if memory.calls >= gains.breaks else leader.u_x + gains.more
     return u_x, leader.u_theta + gains.more, _seen(memory.calls + 1, follower, leader)
 

@@ -1,0 +1,161 @@
+"""Compiled code where it meets processes, threads, folders, and laws that fail in the middle of a run."""
+
+from __future__ import annotations
+
+import os
+import pickle
+import subprocess
+import sys
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from nhtrack.experiment.loop import FullRecorder, Rollout, rollout, run
+from nhtrack.laws import LawKind, law_in
+from nhtrack.laws.address import InterpretedLawWarning
+from nhtrack.network import Network
+from nhtrack.scenario.build import build
+from nhtrack.scenario.load import load
+from nhtrack.simulation.ideal import IdealSimulation
+from nhtrack.simulation.mujoco import MujocoSimulation, stepped_scene
+from nhtrack.simulation.state import State
+from watching import ECHO, LAWS
+
+DT = 0.01
+CHAIN = Network.from_parents({"leader": (), "a": ("leader",), "b": ("a",)})
+
+@pytest.fixture(scope="module")
+def as_python(tmp_path_factory: pytest.TempPathFactory) -> LawKind:
+    """The law that echoes, with a statement in it that is not compiled."""
+    path, test = tmp_path_factory.mktemp("laws") / "echo.py", "    if memory.calls == gains.raises:\n"
+    path.write_text(ECHO.source.replace(test, "    import json\n" + test))
+    return law_in(path)
+
+
+def ran(kind: LawKind, **gains: float) -> Rollout:
+    inputs = np.random.default_rng(0).uniform(-1, 1, (100, 2))
+    begin = State(0.5, np.zeros((3, 3)), np.tile([0.5, 0.0, 0.2], (3, 1)))
+    return rollout(IdealSimulation(CHAIN.names, None, DT), kind(**gains), CHAIN, inputs, begin)
+
+
+def test_a_law_as_python_does_what_it_does_compiled_and_says_so_once(as_python: LawKind) -> None:
+    with pytest.warns(InterpretedLawWarning, match="law 'echo' runs as Python") as told:
+        first = ran(as_python)
+    assert len(told) == 1
+    again, compiled = ran(as_python), ran(ECHO)
+    for done in (first, again):
+        for name, values in compiled.variables.items():
+            np.testing.assert_array_equal(done.variables[name], values, err_msg=name)
+
+
+@pytest.mark.filterwarnings("ignore::nhtrack.laws.address.InterpretedLawWarning")
+@pytest.mark.parametrize("how", ["compiled", "as Python"])
+@pytest.mark.parametrize("calls", [0, 7, 8, 50])
+def test_a_law_that_raises_leaves_the_rows_before(as_python: LawKind, how: str, calls: int) -> None:
+    """At the start, at either end of the first block of periods, and in the middle of another."""
+    kind = ECHO if how == "compiled" else as_python
+    whole, done = ran(ECHO), ran(kind, raises=calls)
+    line = kind.source.splitlines().index('        raise ValueError("enough")') + 1
+    assert done.failure is not None
+    assert (done.failure.robot, done.failure.time) == ("a", pytest.approx(0.5 + calls * DT))
+    assert done.failure.reason == f"law 'echo' raised ValueError: enough ({kind.file}:{line})"
+    assert len(done.time) == calls
+    for name, values in done.variables.items():
+        np.testing.assert_array_equal(values, whole.variables[name][:calls], err_msg=name)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("threads", [2, 3])
+def test_threads_change_no_bit_on_wheels(threads: int) -> None:
+    experiment = build(load("tour/hello", ["duration=1"]))
+    rng, found = np.random.default_rng(0), []
+    g = experiment.start.g + 0.1 * rng.uniform(-1, 1, (5, *experiment.start.g.shape)) * [1, 1, 3]
+    begin = State(0.0, g, np.broadcast_to(experiment.start.xi, g.shape))
+    for count in (1, threads):
+        scene, recorder = stepped_scene(experiment.scene), FullRecorder()
+        simulation = MujocoSimulation(scene, experiment.dt, (5,), count, spec=experiment.scene)
+        failure = run(
+            simulation, experiment.law, experiment.network, experiment.inputs, begin, recorder, experiment.tracking
+        )
+        assert failure is None
+        found.append(recorder)
+    for name, values in found[0].variables.items():
+        np.testing.assert_array_equal(found[1].variables[name], values, err_msg=name)
+    np.testing.assert_array_equal(found[1].qpos, found[0].qpos)
+
+
+# -- processes and their cache ----------------------------------------------------------------------
+
+SCRIPT = """
+import numpy as np
+from nhtrack import planar
+from nhtrack.compiled import cache_folder
+from nhtrack.laws import law_in
+from nhtrack.laws.evaluate import commands
+law = law_in({file!r})()
+print(planar.wrap(4.0), commands(law, np.zeros((1, 6)), np.ones((1, 9)), np.zeros((1, 0)))[0].tolist(), cache_folder())
+"""
+SMALL = """
+from typing import NamedTuple
+class Gains(NamedTuple):
+    k: float = 2.0
+def command(gains, period, limits, follower, leader, memory):
+    return gains.k * leader.x, leader.u_theta, memory
+"""
+
+
+def begun(tmp_path: Path, cache: Path) -> subprocess.Popen[str]:
+    """A process that compiles a few small functions."""
+    file = tmp_path / "small.py"
+    if not file.exists():
+        file.write_text(SMALL)
+    command = [sys.executable, "-W", "error", "-c", SCRIPT.format(file=str(file))]
+    streams = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
+    return subprocess.Popen(command, env=os.environ | {"NUMBA_CACHE_DIR": str(cache)}, text=True, **streams)
+
+
+def ended(process: subprocess.Popen[str]) -> str:
+    said, complaint = process.communicate(timeout=300)
+    assert process.returncode == 0, complaint
+    return said.strip()
+
+
+RESULT = f"{4.0 - 2 * np.pi} [[2.0, 1.0]]"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", ["a file", "read-only"])
+def test_without_a_folder_for_compiled_code_everything_runs(tmp_path: Path, kind: str) -> None:
+    cache = tmp_path / "cache"
+    if kind == "a file":
+        cache.write_text("in the way")
+    elif os.geteuid() == 0:
+        pytest.skip("root writes everywhere")
+    else:
+        cache.mkdir(mode=0o500)
+    assert ended(begun(tmp_path, cache)) == f"{RESULT} None"
+
+
+@pytest.mark.slow
+def test_two_processes_fill_one_cold_cache(tmp_path: Path) -> None:
+    cache = tmp_path / "cache"
+    pair = [begun(tmp_path, cache) for _ in range(2)]
+    said = [ended(process) for process in pair]
+    third = ended(begun(tmp_path, cache))
+    assert said == [third, third]
+    assert third.startswith(f"{RESULT} {cache}")
+    assert not list(cache.rglob(".*")), "nothing half written is left"
+
+
+@pytest.mark.slow
+def test_scenarios_cross_to_spawned_workers_with_their_laws() -> None:
+    scenarios = [load(name) for name in ("tour/hello", "tour/universal")]
+    scenarios.append(load("tour/hello", [f"law={{file: {LAWS / 'echo.py'}, more: 2}}"]))
+    with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as pool:
+        back = [pickle.loads(sent) for sent in pool.map(pickle.dumps, scenarios)]
+    assert back == scenarios
+    assert [each.law.kind.hash for each in back] == [each.law.kind.hash for each in scenarios]
+    assert build(back[-1]).law.gains.more == 2
