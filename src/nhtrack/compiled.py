@@ -51,7 +51,7 @@ def compiled_inside(function: Function) -> Function:
     """Returns a function that only compiled code calls: it has no way in from Python, which takes long to compile."""
     with _numba_cache(function) as kept:
         result: Function = numba.njit(
-            cache=kept, no_cpython_wrapper=True, no_cfunc_wrapper=True, **_SETTINGS
+            cache=kept, no_cpython_wrapper=True, no_cfunc_wrapper=True, forceinline=True, **_SETTINGS
         )(function)
     return result
 
@@ -190,25 +190,25 @@ def _pointer_to(kind: Any) -> Any:
 _to_float64, _to_int32, _to_int64 = (_pointer_to(kind) for kind in (types.float64, types.int32, types.int64))
 
 
-@compiled
+@compiled_inside
 def doubles(address: int, size: int) -> Any:
     """Returns the float64 values at an address as an array of shape (size,); the caller keeps the memory alive."""
     return carray(_to_float64(address), (size,))
 
 
-@compiled
+@compiled_inside
 def int32_at(address: int) -> Any:
     """Returns the 32-bit integer at an address."""
     return carray(_to_int32(address), (1,))[0]
 
 
-@compiled
+@compiled_inside
 def put_int32(address: int, value: int) -> None:
     """Writes a 32-bit integer to an address."""
     carray(_to_int32(address), (1,))[0] = value
 
 
-@compiled
+@compiled_inside
 def int64_at(address: int) -> Any:
     """Returns the 64-bit integer at an address."""
     return carray(_to_int64(address), (1,))[0]

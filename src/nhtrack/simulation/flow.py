@@ -103,23 +103,26 @@ def measure_flow(integrator: Integrator, flow: Flow, b: int) -> None:
     plant, floor = integrator.plant, integrator.floor
     if integrator.first_body:
         fill(flow.telemetry[b, 0], math.nan)
-    for i in range(integrator.first_body, flow.g.shape[1]):
-        row, g, xi, u = flow.telemetry[b, i], flow.g[b, i], flow.xi[b, i], flow.u[b, i]
-        g_0, xi_0 = flow.g_before[b, i], flow.xi_before[b, i]
-        first = demand_of(plant, floor, g_0[2], xi_0[0], xi_0[2], u[0], u[1])
-        last = demand_of(plant, floor, g[2], xi[0], xi[2], u[0], u[1])
-        used_0 = predicted_utilisation(plant, floor, g_0[0], g_0[1], g_0[2], first.force, first.load)
-        used = predicted_utilisation(plant, floor, g[0], g[1], g[2], last.force, last.load)
-        fill(row, 0.0)
+    g, xi, u, rows = flow.g, flow.xi, flow.u, flow.telemetry  # single numbers are read: a view of a row costs more
+    for i in range(integrator.first_body, g.shape[1]):
+        u_x, u_theta = u[b, i, 0], u[b, i, 1]
+        x, y, theta, v, omega = g[b, i, 0], g[b, i, 1], g[b, i, 2], xi[b, i, 0], xi[b, i, 2]
+        x_0, y_0, theta_0 = flow.g_before[b, i, 0], flow.g_before[b, i, 1], flow.g_before[b, i, 2]
+        v_0, omega_0 = flow.xi_before[b, i, 0], flow.xi_before[b, i, 2]
+        first = demand_of(plant, floor, theta_0, v_0, omega_0, u_x, u_theta)
+        last = demand_of(plant, floor, theta, v, omega, u_x, u_theta)
+        used_0 = predicted_utilisation(plant, floor, x_0, y_0, theta_0, first.force, first.load)
+        used = predicted_utilisation(plant, floor, x, y, theta, last.force, last.load)
+        rows[b, i, 10] = rows[b, i, 11] = rows[b, i, 12] = rows[b, i, 17] = 0.0
         for wheel in range(2):
-            speed = (xi[0] + (2 * wheel - 1) * plant.half_separation * xi[2]) / plant.radius
+            speed = (v + (2 * wheel - 1) * plant.half_separation * omega) / plant.radius
             line, torque = speed / plant.no_load_speed, last.torque[wheel]
             held = saturated(torque, line, plant.stall_torque, plant.torque_limit, 0.0)
-            row[wheel] = row[2 + wheel] = torque
-            row[4 + wheel] = 1.0 if held != torque else 0.0
-            row[6 + wheel] = speed
-            row[8 + wheel] = last.load[wheel]
-            row[13 + wheel] = row[15 + wheel] = max(used_0[wheel], used[wheel])
+            rows[b, i, wheel] = rows[b, i, 2 + wheel] = torque
+            rows[b, i, 4 + wheel] = 1.0 if held != torque else 0.0
+            rows[b, i, 6 + wheel] = speed
+            rows[b, i, 8 + wheel] = last.load[wheel]
+            rows[b, i, 13 + wheel] = rows[b, i, 15 + wheel] = max(used_0[wheel], used[wheel])
 
 
 @compiled

@@ -13,7 +13,7 @@ import math
 
 import numpy as np
 
-from nhtrack.compiled import compiled
+from nhtrack.compiled import compiled, compiled_inside
 
 
 def _rule(count: int) -> np.ndarray:
@@ -29,7 +29,7 @@ _FEW, _SOME, _MANY = _rule(4), _rule(6), _rule(12)
 _FEW_TURN, _SOME_TURN = (0.1, 5e-4), (0.8, 0.03)
 
 
-@compiled
+@compiled_inside
 def displacement(v: float, omega: float, u_x: float, u_theta: float, dt: float) -> tuple[float, float]:
     """Returns how far a robot comes ahead and to its left [m], in the frame of its heading at the start.
 
@@ -54,7 +54,7 @@ def displacement(v: float, omega: float, u_x: float, u_theta: float, dt: float) 
     return ahead, aside
 
 
-@compiled
+@compiled_inside
 def _few(v: float, omega: float, u_x: float, u_theta: float, dt: float) -> tuple[float, float]:
     """Returns the displacement of a robot that hardly turns."""
     ahead, aside = 0.0, 0.0
@@ -70,7 +70,7 @@ def _few(v: float, omega: float, u_x: float, u_theta: float, dt: float) -> tuple
     return ahead, aside
 
 
-@compiled
+@compiled_inside
 def advance(g: np.ndarray, xi: np.ndarray, u: np.ndarray, dt: float) -> None:
     """Moves one robot through a period in place: pose g (3,), twist xi (3,) under accelerations u (2,)."""
     v, omega = xi[0], xi[2]

@@ -48,7 +48,7 @@ class Plant(NamedTuple):
     product_x: float
     product_y: float
     levelled: bool
-    load_rows: np.ndarray  # shape (2, 3)
+    load_rows: tuple[float, float, float, float, float, float]  # of the left wheel, then of the right one
     torque_limit: float
     stall_torque: float
     no_load_speed: float
@@ -92,7 +92,7 @@ def plant_of(drive: DiffDrive) -> Plant:
         product_x=drive.products[0],
         product_y=drive.products[1],
         levelled=drive.levelled,
-        load_rows=drive.load_solution,
+        load_rows=tuple(float(value) for value in drive.load_solution.ravel()),  # type: ignore[arg-type]
         torque_limit=drive.motor.torque_limit,
         stall_torque=drive.motor.stall_torque,
         no_load_speed=drive.motor.no_load_speed,
@@ -166,8 +166,8 @@ def _loads(
     roll += plant.product_x * u_theta - plant.product_y * square
     rows = plant.load_rows
     return (
-        rows[0, 0] * weight + rows[0, 1] * pitch + rows[0, 2] * roll,
-        rows[1, 0] * weight + rows[1, 1] * pitch + rows[1, 2] * roll,
+        rows[0] * weight + rows[1] * pitch + rows[2] * roll,
+        rows[3] * weight + rows[4] * pitch + rows[5] * roll,
     )
 
 
