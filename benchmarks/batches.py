@@ -2,9 +2,9 @@
 
     python benchmarks/batches.py [--simulations 1024] [--seconds 0.5]
 
-One robot a simulation (a leader that is a marker, and its follower under `universal`), physics step 2 ms, control period
-20 ms. `open loop` is `mujoco.batch.Batch.step` with torques written every physics step and nothing else. Wall time;
-ratios are of the same run.
+One robot a simulation (a leader that is a marker, and its follower under `universal`), physics step 2 ms, control
+period 20 ms. `open loop` is `mujoco.batch.Batch.step` with torques written every physics step and nothing else. Wall
+time; ratios are of the same run.
 """
 
 from __future__ import annotations

@@ -2,9 +2,9 @@
 
     pip install ir-sim && python benchmarks/kinematic_peer.py [--robots 1 16 64]
 
-Control period 20 ms, physics step 2 ms, one thread, in turn in the same process. IR-SIM moves differential-drive robots by
-velocities, without a law, contacts or pictures; `on wheels` is the whole closed loop of this package under `universal`,
-`ideal` the same on the integrator, `bare` MuJoCo's step alone. Ratios are to IR-SIM.
+Control period 20 ms, physics step 2 ms, one thread, in turn in the same process. IR-SIM moves differential-drive robots
+by velocities, without a law, contacts or pictures; `on wheels` is the whole closed loop of this package under
+`universal`, `ideal` the same on the integrator, `bare` MuJoCo's step alone. Ratios are to IR-SIM.
 """
 
 from __future__ import annotations
@@ -54,8 +54,7 @@ def main() -> None:
             file.write_text(WORLD.format(n=n))
             env = irsim.make(str(file), disable_all_plot=True, log_level="ERROR")
         case = Case(n, "universal", max(0.5, 8 / n**0.5), 0.002)
-        ways = [lambda: _kinematic(env, n), lambda: _wheels(case), lambda: _ideal(case), lambda: _bare(case)]
-        spells = [[way() for way in ways] for _ in range(given.spells)]
+        spells = [(_kinematic(env, n), _wheels(case), _ideal(case), _bare(case)) for _ in range(given.spells)]
         other, wheels, ideal, bare = (max(column) for column in zip(*spells, strict=True))
         shares = "  ".join(f"{speed:8.0f} ({speed / other:5.2f})" for speed in (wheels, ideal, bare))
         print(f"{n:6d}  {other:18.0f}  {shares}", flush=True)

@@ -12,6 +12,10 @@ class NhtrackError(Exception):
     """Root of every error the package raises on purpose."""
 
 
+class RefusedError(NhtrackError):
+    """Something that cannot be run as it is: nothing was run, and nothing written."""
+
+
 class RobotError(NhtrackError):
     """A robot model that cannot be driven as a differential-drive robot."""
 

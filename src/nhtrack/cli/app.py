@@ -13,7 +13,7 @@ import typer
 from typer.core import TyperGroup
 
 from nhtrack import gl
-from nhtrack.errors import FeasibilityError, NhtrackError, ScenarioError, SimulationDiverged
+from nhtrack.errors import FeasibilityError, NhtrackError, RefusedError, ScenarioError, SimulationDiverged
 
 EXIT_ERROR, EXIT_SCENARIO, EXIT_DIVERGED, EXIT_INTERRUPTED = 1, 2, 3, 130
 
@@ -33,6 +33,8 @@ class Commands(TyperGroup):
             return super().invoke(ctx)
         except ScenarioError as error:
             fail(str(error), EXIT_SCENARIO)
+        except RefusedError as error:
+            fail(f"refused: {error}", EXIT_SCENARIO)
         except FeasibilityError as error:
             fail(f"infeasible: {error}", EXIT_SCENARIO)
         except SimulationDiverged as error:

@@ -10,13 +10,13 @@ from pathlib import Path
 
 import numpy as np
 
-from nhtrack.errors import NhtrackError
+from nhtrack.errors import RefusedError
 
 MEMORY = 10**9  # bytes of rows from which on they go to a file
 _SPARE = 1.1  # room that is asked for over room that is needed
 
 
-class RoomError(NhtrackError):
+class RoomError(RefusedError):
     """A run whose rows fit neither into memory nor onto the disk."""
 
 

@@ -8,12 +8,12 @@ import traceback
 from pathlib import Path
 from types import ModuleType
 
-from nhtrack.errors import NhtrackError
+from nhtrack.errors import RefusedError
 
 _MARK = "\ufeff"  # that some editors begin a file with
 
 
-class LawError(NhtrackError):
+class LawError(RefusedError):
     """A law's file that does not keep the contract of `nhtrack.laws.contract`, or a law that fails while it runs."""
 
 
