@@ -6,7 +6,6 @@ Run as `python docs/generate_fidelity.py`. The figures are those of `nhtrack fid
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -68,28 +67,11 @@ def _unless(before: str, cause: str) -> str:
 
 def _no_half_steps(simulation: MujocoSimulation) -> None:
     """Every command takes effect at the step at which it is given, not half a step before."""
-    step = simulation.step
-
-    def at_once(u: np.ndarray) -> object:
-        simulation._u = u[None]
-        return step(u)
-
-    simulation.step = at_once  # type: ignore[method-assign,assignment]
+    simulation.wheels = simulation.wheels._replace(straddling=0.0)
 
 
 def _no_creep(simulation: MujocoSimulation) -> None:
-    simulation._row = replace(simulation._row, regularisation=0.0)
-
-
-def _small_angles(simulation: MujocoSimulation) -> None:
-    """The axle midpoint accelerates by (u_x, v omega), as in continuous time."""
-
-    def after(u: np.ndarray) -> np.ndarray:
-        h, v, omega = simulation._h, simulation._velocity.real, simulation._omega
-        ends = (v * omega + (v + h * u[..., 0]) * (omega + h * u[..., 1])) / 2
-        return v * np.exp(-0.5j * h * omega) + h * (u[..., 0] + 1j * ends)
-
-    simulation._velocity_after = after  # type: ignore[method-assign]
+    simulation.wheels = simulation.wheels._replace(force_share=0.0)
 
 
 LEFT_OUT: tuple[tuple[str, dict[str, object], Callable[[MujocoSimulation], None] | None], ...] = (
@@ -97,7 +79,6 @@ LEFT_OUT: tuple[tuple[str, dict[str, object], Callable[[MujocoSimulation], None]
     ("stiff contacts and rate correction", {"contact": "default", "rate_correction": False}, None),
     ("rate correction", {"rate_correction": False}, None),
     ("half steps: the command acts at once", {}, _no_half_steps),
-    ("directions: the acceleration of continuous time", {}, _small_angles),
     ("anticipation of creep", {}, _no_creep),
 )
 
