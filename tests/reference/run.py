@@ -12,6 +12,7 @@ from nhtrack.ground import Patch
 from nhtrack.network import Network
 from nhtrack.reference import Reference, Signal, make_segments, make_signal
 from nhtrack.scenario import schema
+from nhtrack.scenario.law_sections import LawSection
 from nhtrack.similarity import Similarity
 from nhtrack.simulation.scene import Payload, SceneSpec, reduced_models
 from reference.laws import BASELINES, Law, Limits, Published, Stabiliser, Universal
@@ -130,22 +131,22 @@ def _payload(payload: schema.Payload | None) -> Payload | None:
 
 
 def _limits(scenario: schema.Scenario) -> Limits | None:
-    wanted = scenario.law.limits if isinstance(scenario.law, schema.UniversalLaw) else None
+    wanted = getattr(scenario.law, "limits", None)
     if wanted is None:
         return None
     spec = _scene(scenario)
     return motion_limits(reduced_models(spec)[1], spec.ground, wanted.utilisation, wanted.speed)
 
 
-def _law(law: schema.Law, similarity: Similarity, limits: Limits | None) -> Law:
-    match law:
-        case schema.PublishedLaw():
+def _law(law: LawSection, similarity: Similarity, limits: Limits | None) -> Law:
+    match law.name:
+        case "published":
             gains = similarity.scale_gains(law.kp, law.kd, law.ke, law.k)
             return Published(*gains, law.variant, law.hysteresis, law.dead_zone.length, law.dead_zone.speed)
-        case schema.StabiliserLaw():
+        case "stabiliser":
             gains = similarity.scale_gains(law.kp, law.kd, 0.0, law.k)
             return Stabiliser(gains.kp, gains.kd, gains.k, law.hysteresis, law.dead_zone.length)
-        case schema.UniversalLaw():
+        case "universal":
             length, time = similarity.length, similarity.time
             return Universal(
                 k1=law.k1 / time**2,
@@ -186,7 +187,7 @@ def _tracking(scenario: schema.Scenario, network: Network, similarity: Similarit
         virtual_leader=scenario.virtual_leader,
         formation=scenario.formation,
         dead_zone_speed=scenario.law.dead_zone.speed,
-        rate_limit=scenario.law.turn_rate / similarity.time if isinstance(scenario.law, schema.UniversalLaw) else inf,
+        rate_limit=getattr(scenario.law, "turn_rate", inf) / similarity.time,
     )
 
 

@@ -30,7 +30,7 @@ LAWS: Mapping[str, Mapping[str, object]] = {
     "kanayama": {},
     "samson": {},
     "jiang_nijmeijer": {},
-    "feedback_linearisation": {},
+    "feedback_linearisation": {"v_min": 1.0},  # at its default one robot spins ever faster, and rounding with it
     "look_ahead": {},
 }
 
