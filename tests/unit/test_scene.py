@@ -114,7 +114,6 @@ class TestRobots:
                 assert at.wheel_qvel[i, j] == model.joint(f"{name}/{side}_wheel").dofadr[0]
                 assert at.motors[i, j] == model.actuator(f"{name}/{side}_motor").id
                 assert at.tyres[i, j] == model.geom(f"{name}/{side}_tyre").id
-                assert at.forces[i, j, 0] == model.sensor(f"{name}/{side}_tyre").adr[0]
 
     def test_robots_stand_where_they_are_put(self, trio: Scene) -> None:
         pose = np.array([[0.0, 0.0, 0.0], [1.0, 2.0, 3.0], [-1.0, 0.5, -9.0]])
@@ -506,14 +505,6 @@ class TestFleet:
         with pytest.raises(ValueError, match="cannot contain '/'"):
             make_scene(replace(TRIO, robots=("a/b",)))
 
-    def test_contact_sensors_may_be_left_out(self, trio: Scene) -> None:
-        scene = make_scene(TRIO, sensors=False)
-        assert scene.model.nsensor == scene.model.nsensordata == 0
-        assert scene.addresses.forces.shape == (0, 2, 3)
-        for each in ("geom_solref", "geom_size", "body_inertia", "jnt_axis", "actuator_gear", "mat_rgba"):
-            np.testing.assert_array_equal(getattr(scene.model, each), getattr(trio.model, each))
-
-    @pytest.mark.parametrize("virtual_root", [False, True])
     def test_a_unit_is_one_of_the_robots_alone(self, virtual_root: bool) -> None:
         spec = replace(
             TRIO, virtual_root=virtual_root, wheel_mismatch=0.01, slope=0.1, payload=TestPayload.LOAD, colours=(0, 3, 5)

@@ -34,7 +34,6 @@ def compose(
     drive: DiffDrive,
     parts: Parts,
     *,
-    sensors: bool = True,
     share_materials: bool = False,
 ) -> Blueprint:
     """Returns the blueprint of a scene.
@@ -44,7 +43,6 @@ def compose(
         robot_file: MJCF of its robot.
         drive: the robot's reduced model, of which the wheel radius and the torque limit are used.
         parts: names of the robot's parts.
-        sensors: whether tyres have sensors of their contact force.
         share_materials: whether robots have one set of materials, with an accent of each colour.
     """
     mjcf = _mjcf()
@@ -57,8 +55,6 @@ def compose(
         robot = mjcf.from_path(str(robot_file))
         robot.model = ROBOT
         _set_contacts(robot, spec, parts)
-        if sensors:
-            _add_sensors(robot, parts)
         _set_wheels(robot, spec, drive, parts)
         if spec.payload is not None:
             _add_payload(robot, parts.chassis, spec.payload, drive.wheel_radius)
@@ -112,6 +108,7 @@ def _set_options(arena: Any, spec: SceneSpec) -> None:
     # sharpen the cones: at 10 the solver now and then ends a step beside the solution
     option.tolerance = 1e-15  # at 1e-12 a step near the limit of friction now and then ends beside the solution
     option.iterations = 100
+    option.ls_tolerance = 1  # the first point that is better: with this tolerance the default spins on rounding
     option.ls_iterations = 200  # with the 50 of the default a line search in a sliding contact may not end
     option.jacobian = "dense" if len(spec.bodies) <= _DENSE_ROBOTS else "sparse"
     option.flag.autoreset = "disable"  # a diverged state is an error to report, not one to hide by a reset
@@ -134,13 +131,6 @@ def _set_contacts(robot: Any, spec: SceneSpec, parts: Parts) -> None:
     for name in parts.casters:
         geom = robot.find("geom", name)
         geom.condim, geom.priority = 1, 1
-
-
-def _add_sensors(robot: Any, parts: Parts) -> None:
-    """Adds a sensor of each tyre's contact force, of the tyre's name."""
-    for name in parts.tyres:
-        tyre = robot.find("geom", name)
-        robot.sensor.add("contact", name=name, geom1=tyre, data="force", reduce="netforce", num=1)
 
 
 def _set_wheels(robot: Any, spec: SceneSpec, drive: DiffDrive, parts: Parts) -> None:

@@ -248,7 +248,7 @@ def stepped_scene(spec: SceneSpec) -> Scene:
     Raises:
         RobotError: as `make_scene`.
     """
-    return make_scene(spec if spec.robot_contact else unit_spec(spec), sensors=False)
+    return make_scene(spec if spec.robot_contact else unit_spec(spec))
 
 
 def make_wheels(scene: Scene, spec: SceneSpec, dt: float) -> engine.Wheels:
@@ -298,7 +298,6 @@ def _stepped(model: mujoco.MjModel, spec: SceneSpec) -> mujoco.MjModel:
     """Returns the copy of a model that a thread steps, into which it writes surface velocities and friction."""
     own = copy.copy(model)
     own.flg_surfacevel = spec.rate_correction
-    own.opt.ls_tolerance = 1.0  # the first point of a line search that is better is taken
     return own
 
 

@@ -40,7 +40,6 @@ class Addresses:
     wheel_qvel: np.ndarray  # (p, 2)
     motors: np.ndarray  # (p, 2)
     tyres: np.ndarray  # (p, 2) geom ids
-    forces: np.ndarray  # (p, 2, 3) places in sensordata of each tyre's contact force, world frame; (0, 2, 3) without
 
 
 @dataclass(frozen=True)
@@ -193,12 +192,11 @@ def unit_spec(spec: SceneSpec) -> SceneSpec:
     return replace(spec, robots=spec.robots[-1:], virtual_root=False, colours=spec.colours[-1:])
 
 
-def make_scene(spec: SceneSpec, *, sensors: bool = True, share_materials: bool = False) -> Scene:
+def make_scene(spec: SceneSpec, *, share_materials: bool = False) -> Scene:
     """Returns the compiled scene of a spec.
 
     Args:
         spec: what to compile.
-        sensors: whether tyres have sensors of their contact force; without them `addresses.forces` is empty.
         share_materials: whether robots have one set of materials, with an accent of each colour; MuJoCo draws no scene
             of more than 999.
 
@@ -208,10 +206,10 @@ def make_scene(spec: SceneSpec, *, sensors: bool = True, share_materials: bool =
     alone = load_robot(spec.robot)
     drive, plant = _identified(spec, alone)
     parts = identify_parts(alone)
-    blueprint = compose(spec, robot_path(spec.robot), drive, parts, sensors=sensors, share_materials=share_materials)
+    blueprint = compose(spec, robot_path(spec.robot), drive, parts, share_materials=share_materials)
     model = _compiled(spec.robot, lambda: compiled(blueprint))
     marker = int(model.body(spec.robots[0]).mocapid[0]) if spec.virtual_root else None
-    return Scene(spec, model, drive, plant, _addresses(model, spec, parts, sensors), marker, blueprint)
+    return Scene(spec, model, drive, plant, _addresses(model, spec, parts), marker, blueprint)
 
 
 def _compiled(robot: str, compile_it: Callable[[], mujoco.MjModel]) -> mujoco.MjModel:
@@ -222,11 +220,10 @@ def _compiled(robot: str, compile_it: Callable[[], mujoco.MjModel]) -> mujoco.Mj
         raise RobotError(f"a scene of {robot!r} does not compile: {error}") from error
 
 
-def _addresses(model: mujoco.MjModel, spec: SceneSpec, parts: Parts, sensors: bool) -> Addresses:
+def _addresses(model: mujoco.MjModel, spec: SceneSpec, parts: Parts) -> Addresses:
     robots = spec.bodies
     roots = [model.joint(f"{name}/root/") for name in robots]
     wheels = [[model.joint(f"{name}/{joint}") for joint in parts.wheel_joints] for name in robots]
-    sensed = [[int(model.sensor(f"{name}/{tyre}").adr[0]) for tyre in parts.tyres] for name in robots if sensors]
     return Addresses(
         root_qpos=np.array([int(joint.qposadr[0]) for joint in roots], dtype=int),
         root_qvel=np.array([int(joint.dofadr[0]) for joint in roots], dtype=int),
@@ -234,5 +231,4 @@ def _addresses(model: mujoco.MjModel, spec: SceneSpec, parts: Parts, sensors: bo
         wheel_qvel=np.array([[int(joint.dofadr[0]) for joint in pair] for pair in wheels], dtype=int),
         motors=np.array([[model.actuator(f"{name}/{motor}").id for motor in parts.motors] for name in robots]),
         tyres=np.array([[model.geom(f"{name}/{tyre}").id for tyre in parts.tyres] for name in robots]),
-        forces=np.array(sensed, dtype=int).reshape(-1, 2, 1) + np.arange(3),
     )

@@ -32,7 +32,7 @@ class Painter:
     """
 
     def __init__(self, recording: Recording, look: Look, backend: str | None = None) -> None:
-        scene = make_scene(SceneSpec.from_json(recording.dataset.attrs["scene"]), sensors=False, share_materials=True)
+        scene = make_scene(SceneSpec.from_json(recording.dataset.attrs["scene"]), share_materials=True)
         quality = QUALITIES[look.quality]
         timeline = make_timeline(recording, scene, look.fps, look.speed, quality.trail)
         self._length = len(timeline)
