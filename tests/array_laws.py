@@ -93,9 +93,12 @@ class ArrayLaw:
 
 
 def _law(name: str, *, limited: bool = False) -> type[Any]:
+    """The class of a law; those of the paper have no dead zones, which do not scale, unless a test sets them."""
     kind = law_named(name)
-    own = [(each, Any, field(default=kind.gains._field_defaults[each])) if each in kind.gains._field_defaults
-           else (each, Any) for each in kind.gains._fields]  # fmt: skip
+    without = ("dead_zone_length", "dead_zone_speed") if name in ("published", "stabiliser") else ()
+    defaults = {each: 0.0 if each in without else value for each, value in kind.gains._field_defaults.items()}
+    own = [(each, Any, field(default=defaults[each])) if each in defaults else (each, Any)
+           for each in kind.gains._fields]  # fmt: skip
     limits = [("limits", Limits | None, field(default=None))] if limited else []
     return make_dataclass(name, [*own, *limits], bases=(ArrayLaw,), frozen=True, namespace={"kind": kind})
 

@@ -209,11 +209,11 @@ def _draw_errors(panels: list[Axes], shown: list[_Shown], count: int) -> list[li
         low, high = _limits([curve for each, curve in zip(shown, curves, strict=True) if _whole(each)] or curves)
         for each, curve in zip(shown, curves, strict=True):  # no axis can bear what a run that diverges leaves
             axes.plot(each.run.time, np.where(curve > 0, np.minimum(curve, 10 * high), np.nan), color=each.colour)
+        axes.set_ylim(low, high)  # first: margins of their own would be beyond what numbers reach
         axes.set_yscale("log")
         axes.yaxis.set_major_locator(LogLocator(numticks=5))
         axes.yaxis.set_major_formatter(Decades())
         axes.yaxis.set_minor_locator(NullLocator())
-        axes.set_ylim(low, high)
         axes.set_ylabel(f"{name.split()[0]} [{unit}]")
         panel_title(axes, letter, f"{name}{whose}")
         drawn.append(curves)
