@@ -49,7 +49,7 @@ demo: $(RUNTIME) $(GL)  ## set up, run the paper's first example on wheels, say 
 
 test: $(DEV) $(GL) $(BROWSER)  ## set up and run the whole test suite
 	@$(compile)
-	@$(BIN)/python -m pytest -q $(PARALLEL)
+	@$(BIN)/python -m pytest -q $(PARALLEL) --durations=10
 
 check: $(DEV)  ## lint, types, import rules and the fast tests
 	@$(compile)
