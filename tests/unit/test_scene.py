@@ -505,6 +505,7 @@ class TestFleet:
         with pytest.raises(ValueError, match="cannot contain '/'"):
             make_scene(replace(TRIO, robots=("a/b",)))
 
+    @pytest.mark.parametrize("virtual_root", [False, True])
     def test_a_unit_is_one_of_the_robots_alone(self, virtual_root: bool) -> None:
         spec = replace(
             TRIO, virtual_root=virtual_root, wheel_mismatch=0.01, slope=0.1, payload=TestPayload.LOAD, colours=(0, 3, 5)
