@@ -1,10 +1,10 @@
-"""Prints what batches on wheels achieve, against an open loop of `mujoco.batch` driven by the same torques.
+"""Prints what batches on wheels achieve, against an open loop of `mujoco.batch` that is given the same.
 
     python benchmarks/batches.py [--simulations 1024] [--seconds 0.5]
 
 One robot a simulation (a leader that is a marker, and its follower under `universal`), physics step 2 ms, control
-period 20 ms. `open loop` is `mujoco.batch.Batch.step` with torques written every physics step and nothing else. Wall
-time; ratios are of the same run.
+period 20 ms. `open loop` is `mujoco.batch.Batch.step` with the run's own torques, surface velocities and friction
+written every physics step and nothing else. Wall time; ratios are of the same run.
 """
 
 from __future__ import annotations
@@ -14,10 +14,10 @@ import time
 
 import numpy as np
 from mujoco import batch as mujoco_batch
-from replay import LAWS
+from replay import LAWS, Log
 
 from nhtrack.experiment.loop import run
-from nhtrack.experiment.recorder import Streaming
+from nhtrack.experiment.recorder import FullRecorder, Streaming
 from nhtrack.experiment.rows import Rows
 from nhtrack.laws import law_named
 from nhtrack.network import Network
@@ -57,30 +57,38 @@ def main() -> None:
     for threads in (1, 2):
         simulation = MujocoSimulation(scene, PERIOD, (b,), threads, spec=spec, keep_going=True)
         engine = mujoco_batch.Batch(simulation._models[0], b, threads)
+        recorder = FullRecorder()
+        run(simulation, law, network, inputs, start, recorder)
+        log = Log(simulation, start, recorder.variables["input"][:-1])
         spells = []
         for _ in range(given.spells):
             begin = time.perf_counter()
             run(simulation, law, network, inputs, start, Nothing())
             closed = time.perf_counter() - begin
-            spells.append((_open_loop(engine, simulation, periods), closed))
+            spells.append((_open_loop(engine, simulation, log), closed))
         best, closed = (min(column) for column in zip(*spells, strict=True))
         speeds[threads] = steps / closed
         print(f"{threads:7d}  {steps / best:25.0f}  {steps / closed:11.0f}  {best / closed:5.2f}", flush=True)
     print(f"two threads over one: {speeds[2] / speeds[1]:.2f}")
 
 
-def _open_loop(engine: mujoco_batch.Batch, simulation: MujocoSimulation, periods: int) -> float:
-    """Returns the wall time of as many steps that are driven from outside [s]."""
+def _open_loop(engine: mujoco_batch.Batch, simulation: MujocoSimulation, log: Log) -> float:
+    """Returns the wall time of the same steps, driven from outside [s]."""
     engine.reset()
-    engine.bind("qpos")[:] = simulation.motion.qpos.reshape(len(simulation.motion.qpos), -1)
-    ctrl, rng = engine.bind("ctrl"), np.random.default_rng(1)
-    torque = 0.002 * rng.normal(size=(periods, *ctrl.shape))
-    begin = time.perf_counter()
-    for held in torque:
-        for _ in range(simulation.substeps):
-            ctrl[:] = held
-            engine.step()
-    return time.perf_counter() - begin
+    for name, begun in (("qpos", log.qpos), ("qvel", log.qvel)):
+        engine.bind(name)[:] = begun.reshape(len(begun), -1)
+    ctrl, surface, friction = engine.bind("ctrl"), engine.expand("geom_surfacevel"), engine.expand("geom_friction")
+    motors, tyres = simulation.wheels.motors[0], simulation.wheels.tyres[0]
+    spent = time.perf_counter()
+    for step in log.rows[:, :, 0]:
+        ctrl[:, motors] = step[..., 0]
+        surface[:, tyres, 1] = step[..., 1]
+        friction[:, tyres, 0] = step[..., 2]
+        engine.step()
+    spent = time.perf_counter() - spent
+    gap = np.abs(engine.bind("qpos") - log.end.reshape(len(log.end), -1)).max()
+    assert gap < 1e-9, f"the replay is not the run: {gap}"
+    return spent
 
 
 if __name__ == "__main__":

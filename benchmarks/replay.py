@@ -6,9 +6,8 @@ import time
 
 import mujoco
 import numpy as np
-from numba import njit
 
-from nhtrack.compiled import call_2, doubles
+from nhtrack.compiled import call_2, compiled_loop, float64_at, put_float64
 from nhtrack.experiment.followers import Tracking
 from nhtrack.experiment.loop import rollout
 from nhtrack.laws import Law, law_named
@@ -45,7 +44,7 @@ class Case:
 
     @property
     def robot_steps(self) -> int:
-        return len(self.log) * self.n
+        return len(self.log.rows) * self.n
 
     def closed_loop(self) -> float:
         """Runs all that `nhtrack run` does in its periods; returns the processor time [s]."""
@@ -55,73 +54,77 @@ class Case:
 
     def bare(self) -> float:
         """Replays the same steps into `mj_step`, unit by unit; returns the processor time [s]."""
-        simulation, spent = self.simulation, 0.0
+        simulation, log, spent = self.simulation, self.log, 0.0
         model, data, place = simulation._models[0], simulation._datas[0], simulation.places[0]
-        k = len(simulation.scene.spec.bodies)
+        k, rows = len(simulation.scene.spec.bodies), np.ascontiguousarray(log.rows[:, 0])
         for first in range(0, self.n, k):
             mujoco.mj_resetData(model, data)
-            data.qpos = self._qpos[first : first + k].ravel()
-            data.qvel = self._qvel[first : first + k].ravel()
+            data.qpos = log.qpos[0, first : first + k].ravel()
+            data.qvel = log.qvel[0, first : first + k].ravel()
             begin = time.thread_time()
-            _replay(simulation.wheels, place, self.log, first)
+            _replay(simulation.wheels, place, rows, first)
             spent += time.thread_time() - begin
-            end = self._end[first : first + k].ravel()
+            end = log.end[0, first : first + k].ravel()
             assert np.abs(data.qpos - end).max() < 1e-9, "the replay is not the run"
         return spent
 
-    def _record(self) -> np.ndarray:
+    def _record(self) -> Log:
         self.closed_loop()
         assert self.run.failure is None, self.run.failure
-        simulation, u = self.simulation, np.ascontiguousarray(self.run.variables["input"][:-1])
-        simulation.reset(self.start)
-        self._qpos, self._qvel = simulation.motion.qpos[0].copy(), simulation.motion.qvel[0].copy()
-        log = np.zeros((len(u) * simulation.substeps, self.n, 6))
-        for k, period in enumerate(np.split(log, len(u))):
-            _record_period(simulation.wheels, simulation.places[0], simulation.motion, u[k], period)
-        self._end = simulation.motion.qpos[0].copy()
-        return log
+        return Log(self.simulation, self.start, self.run.variables["input"][:-1, None])
 
 
-@njit
+class Log:
+    """What is written into MuJoCo at every physics step of a run: torques, surface velocities, friction.
+
+    Args:
+        simulation: whose; it is left at the end of the run.
+        start: the state to begin with.
+        inputs: accelerations of all robots, shape (periods, b, n, 2).
+    """
+
+    def __init__(self, simulation: MujocoSimulation, start: State, inputs: np.ndarray) -> None:
+        simulation.reset(start)
+        motion, steps = simulation.motion, simulation.substeps
+        self.qpos, self.qvel = motion.qpos.copy(), motion.qvel.copy()
+        self.rows = np.zeros((len(inputs) * steps, *motion.qpos.shape[:2], 2, 3))
+        for k, u in enumerate(np.ascontiguousarray(inputs)):
+            period = self.rows[k * steps : (k + 1) * steps]
+            _record_period(simulation.wheels, simulation.places[0], motion, u, period)
+        self.end = motion.qpos.copy()
+
+
+@compiled_loop
 def _record_period(wheels, place, motion, u, log):  # type: ignore[no-untyped-def]
     """Does what `engine.step_simulation` does, and writes down what it gives MuJoCo."""
-    engine.begin(motion, 0, u)
-    k, q, v = wheels.tyres.shape[0], motion.qpos.shape[2], motion.qvel.shape[2]
-    qpos, qvel = doubles(place.qpos, k * q).reshape((k, q)), doubles(place.qvel, k * v).reshape((k, v))
-    warm = doubles(place.warmstart, k * v).reshape((k, v))
-    for first in range(0, motion.qpos.shape[1], k):
-        for i in range(k):
-            engine.copy(qpos[i], motion.qpos[0, first + i])
-            engine.copy(qvel[i], motion.qvel[0, first + i])
-            engine.copy(warm[i], motion.warmstart[0, first + i])
-        for s in range(wheels.substeps):
-            for i in range(k):
-                engine._drive(wheels, place, motion, 0, first + i, i, s == 0, qpos[i], qvel[i])
-                for w in range(2):
-                    log[s, first + i, w] = doubles(place.ctrl + 8 * wheels.motors[i, w], 1)[0]
-                    log[s, first + i, 2 + w] = doubles(place.surface + 48 * wheels.tyres[i, w], 2)[1]
-                    log[s, first + i, 4 + w] = motion.friction[0, first + i, w]
-            call_2(place.step, place.model, place.data)
-            engine._read_forces(wheels, place, motion.force[0], first)
-            for i in range(k):
-                engine._note_forces(wheels, motion, 0, first + i)
-                engine._read_velocity(wheels, motion, 0, first + i, qpos[i], qvel[i])
-        for i in range(k):
-            engine.copy(motion.qpos[0, first + i], qpos[i])
-            engine.copy(motion.qvel[0, first + i], qvel[i])
-            engine.copy(motion.warmstart[0, first + i], warm[i])
-    engine.finish(wheels, motion, 0)
+    count = wheels.tyres.shape[0]
+    for b in range(motion.qpos.shape[0]):
+        engine.begin(motion, b, u[b])
+        for unit in range(motion.qpos.shape[1] // count):
+            engine.load_unit(wheels, place, motion, b, unit)
+            for step in range(wheels.substeps):
+                engine.drive_unit(wheels, place, motion, b, unit, step == 0)
+                for i in range(count):
+                    robot = unit * count + i
+                    for w in range(2):
+                        log[step, b, robot, w, 0] = float64_at(place.ctrl + 8 * wheels.motors[i, w])
+                        log[step, b, robot, w, 1] = float64_at(place.surface + 48 * wheels.tyres[i, w] + 8)
+                        log[step, b, robot, w, 2] = motion.friction[b, robot, w]
+                call_2(place.step, place.model, place.data)
+                engine.read_unit(wheels, place, motion, b, unit)
+            engine.store_unit(wheels, place, motion, b, unit)
+        engine.finish(wheels, motion, b)
 
 
-@njit
+@compiled_loop
 def _replay(wheels, place, log, first):  # type: ignore[no-untyped-def]
-    """Writes what was written down and steps, nothing else."""
+    """Writes what was written down and steps, nothing else; log of shape (steps, robots, 2, 3)."""
     for s in range(log.shape[0]):
         for i in range(wheels.tyres.shape[0]):
             for w in range(2):
-                doubles(place.ctrl + 8 * wheels.motors[i, w], 1)[0] = log[s, first + i, w]
-                doubles(place.surface + 48 * wheels.tyres[i, w], 2)[1] = log[s, first + i, 2 + w]
-                doubles(place.friction + 24 * wheels.tyres[i, w], 1)[0] = log[s, first + i, 4 + w]
+                put_float64(place.ctrl + 8 * wheels.motors[i, w], log[s, first + i, w, 0])
+                put_float64(place.surface + 48 * wheels.tyres[i, w] + 8, log[s, first + i, w, 1])
+                put_float64(place.friction + 24 * wheels.tyres[i, w], log[s, first + i, w, 2])
         call_2(place.step, place.model, place.data)
 
 

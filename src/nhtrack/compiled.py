@@ -20,7 +20,7 @@ from typing import Any, TypeVar
 
 import numba
 from llvmlite import ir
-from numba import carray, types
+from numba import types
 from numba.extending import intrinsic
 
 Function = TypeVar("Function", bound=Callable[..., Any])
@@ -36,6 +36,7 @@ _ROOMS: dict[str, tuple[str, ...]] = {
 }
 # Division by zero gives an infinity, as in NumPy; no reordering of sums, so that all runs have the same bits.
 _SETTINGS: dict[str, Any] = {"nogil": True, "error_model": "numpy", "fastmath": False}
+_NO_ARRAYS = {"_nrt": False}  # numba's runtime, which makes arrays and counts who holds them
 _COMPLETE = "complete"
 WRAPPERS = "nhtrack_law_"  # what names of modules begin with that hold the wrapper of a law
 
@@ -47,11 +48,25 @@ def compiled(function: Function) -> Function:
     return result
 
 
+def compiled_loop(function: Function) -> Function:
+    """Returns a compiled function that makes no array: all memory is passed in.
+
+    numba then counts no references, which takes more time than the arithmetic where every robot has a view of its own.
+    What makes an array, or returns one, does not compile.
+    """
+    with _numba_cache(function) as kept:
+        result: Function = numba.njit(cache=kept, **_SETTINGS, **_NO_ARRAYS)(function)
+    return result
+
+
 def compiled_inside(function: Function) -> Function:
-    """Returns a function that only compiled code calls: it has no way in from Python, which takes long to compile."""
+    """Returns a function that only a `compiled_loop` calls: it has no way in from Python, which takes long to compile.
+
+    It makes no array either.
+    """
     with _numba_cache(function) as kept:
         result: Function = numba.njit(
-            cache=kept, no_cpython_wrapper=True, no_cfunc_wrapper=True, forceinline=True, **_SETTINGS
+            cache=kept, no_cpython_wrapper=True, no_cfunc_wrapper=True, forceinline=True, **_SETTINGS, **_NO_ARRAYS
         )(function)
     return result
 
@@ -174,41 +189,31 @@ def _code_of_call(context: Any, builder: Any, signature: Any, values: Any) -> An
     return context.get_dummy_value()
 
 
-def _pointer_to(kind: Any) -> Any:
-    """Returns a function that makes an address a pointer to values of a type."""
+def _memory_of(kind: Any) -> tuple[Any, Any]:
+    """Returns what reads and what writes a value of a type at an address."""
+
+    def pointer(context: Any, builder: Any, address: Any) -> Any:
+        return builder.inttoptr(address, context.get_value_type(kind).as_pointer())
 
     @intrinsic  # type: ignore[untyped-decorator]
-    def pointer(typing_context: Any, address: Any) -> Any:
+    def read(typing_context: Any, address: Any) -> Any:
         def code(context: Any, builder: Any, signature: Any, values: Any) -> Any:
-            return builder.inttoptr(values[0], context.get_value_type(signature.return_type))
+            return builder.load(pointer(context, builder, values[0]))
 
-        return types.CPointer(kind)(types.intp), code
+        return kind(types.intp), code
 
-    return pointer
+    @intrinsic  # type: ignore[untyped-decorator]
+    def write(typing_context: Any, address: Any, value: Any) -> Any:
+        def code(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+            builder.store(values[1], pointer(context, builder, values[0]))
+            return context.get_dummy_value()
 
+        return types.void(types.intp, kind), code
 
-_to_float64, _to_int32, _to_int64 = (_pointer_to(kind) for kind in (types.float64, types.int32, types.int64))
-
-
-@compiled_inside
-def doubles(address: int, size: int) -> Any:
-    """Returns the float64 values at an address as an array of shape (size,); the caller keeps the memory alive."""
-    return carray(_to_float64(address), (size,))
-
-
-@compiled_inside
-def int32_at(address: int) -> Any:
-    """Returns the 32-bit integer at an address."""
-    return carray(_to_int32(address), (1,))[0]
+    return read, write
 
 
-@compiled_inside
-def put_int32(address: int, value: int) -> None:
-    """Writes a 32-bit integer to an address."""
-    carray(_to_int32(address), (1,))[0] = value
-
-
-@compiled_inside
-def int64_at(address: int) -> Any:
-    """Returns the 64-bit integer at an address."""
-    return carray(_to_int64(address), (1,))[0]
+# The value at an address, and its change; the caller keeps the memory alive.
+float64_at, put_float64 = _memory_of(types.float64)
+int32_at, put_int32 = _memory_of(types.int32)
+int64_at, _ = _memory_of(types.int64)

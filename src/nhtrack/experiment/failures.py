@@ -3,31 +3,29 @@
 from __future__ import annotations
 
 import traceback
-from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from nhtrack.errors import SimulationDiverged
-from nhtrack.experiment.followers import Followers, Memories
+from nhtrack.experiment.followers import Followers, Memories, begin_followers, make_scratch
 from nhtrack.laws.address import call_law
 from nhtrack.laws.law import Law, LawError
-from nhtrack.simulation.engine import COMMAND, FINE
-from nhtrack.simulation.engine import LAW as LAW_RAISED
+from nhtrack.simulation.faults import COMMAND, FINE
+from nhtrack.simulation.faults import LAW as LAW_RAISED
 
 if TYPE_CHECKING:
     from nhtrack.experiment.loop import Simulation
 
 
-def require_begun(
-    law: Law, followers: Followers, memories: Memories, simulation: Simulation, begin: Callable[..., int]
-) -> None:
+def require_begun(law: Law, followers: Followers, memories: Memories, simulation: Simulation) -> None:
     """Gives followers their first memory.
 
     Raises:
         LawError: the law raised an exception, with its file and line and the robot.
     """
-    robot = begin(followers, memories, simulation.motion.g, simulation.motion.xi)
+    g, xi = simulation.motion.g, simulation.motion.xi
+    robot = begin_followers(followers, memories, g, xi, make_scratch(g.shape[1]))
     if robot >= 0:
         said = _what_it_raised(law, followers, memories, simulation, 0, robot, "init")
         raise LawError(f"law {law.kind.name!r} fails for {simulation.names[robot]} at the start: {said}")

@@ -10,7 +10,7 @@ from typing import Literal, NamedTuple, TypeAlias
 import numpy as np
 
 from nhtrack.arrays import Array
-from nhtrack.compiled import call_6, compiled, compiled_inside
+from nhtrack.compiled import call_6, compiled_inside, compiled_loop
 from nhtrack.laws.address import FAILED
 from nhtrack.laws.contract import Leader
 from nhtrack.laws.law import Law
@@ -93,11 +93,12 @@ class Memories(NamedTuple):
 
 
 class Scratch(NamedTuple):
-    """Memory of one thread through which a law is called: follower (6,), leader (9,), result (3,)."""
+    """Memory of one thread: what a law is called with, follower (6,), leader (9,), result (3,); commands u (n, 2)."""
 
     follower: np.ndarray
     leader: np.ndarray
     result: np.ndarray
+    u: np.ndarray
 
 
 def make_followers(network: Network, tracking: Tracking, law: Law, dt: float) -> Followers:
@@ -136,14 +137,15 @@ def make_memories(followers: Followers, law: Law, simulations: int) -> Memories:
     )
 
 
-@compiled_inside
-def make_scratch() -> Scratch:
-    """Returns memory through which a law is called."""
-    return Scratch(np.zeros(6), np.zeros(9), np.zeros(3))
+def make_scratch(robots: int) -> Scratch:
+    """Returns the memory of one thread."""
+    return Scratch(np.zeros(6), np.zeros(9), np.zeros(3), np.zeros((robots, 2)))
 
 
-@compiled
-def begin_followers(followers: Followers, memories: Memories, g: np.ndarray, xi: np.ndarray) -> int:
+@compiled_loop
+def begin_followers(
+    followers: Followers, memories: Memories, g: np.ndarray, xi: np.ndarray, scratch: Scratch
+) -> int:
     """Gives every follower of all simulations its first memory; returns the first one whose law raised, or -1.
 
     Leaders are seen as if nothing had been commanded.
@@ -153,13 +155,12 @@ def begin_followers(followers: Followers, memories: Memories, g: np.ndarray, xi:
         memories: changed.
         g: poses, shape (b, n, 3).
         xi: twists, shape (b, n, 3).
+        scratch: of the thread, with commands of zero.
     """
-    scratch = make_scratch()
-    u = np.zeros((g.shape[1], 2))
     for b in range(g.shape[0]):
         for robot in followers.order:
             memories.rate[b, robot] = math.nan
-            _see(followers, memories, b, robot, g[b], xi[b], u, False, scratch)
+            _see(followers, memories, b, robot, g[b], xi[b], False, scratch)
             memories.rate[b, robot] = math.nan
             if not _call(followers, memories, b, robot, followers.init, scratch):
                 return int(robot)
@@ -168,7 +169,7 @@ def begin_followers(followers: Followers, memories: Memories, g: np.ndarray, xi:
 
 @compiled_inside
 def command_followers(
-    followers: Followers, memories: Memories, b: int, g: np.ndarray, xi: np.ndarray, u: np.ndarray, scratch: Scratch
+    followers: Followers, memories: Memories, b: int, g: np.ndarray, xi: np.ndarray, scratch: Scratch
 ) -> int:
     """Commands all followers of a simulation; returns the first one whose law raised, or -1.
 
@@ -178,16 +179,15 @@ def command_followers(
         b: which simulation.
         g: its poses, shape (n, 3).
         xi: its twists, shape (n, 3).
-        u: accelerations, shape (n, 2): those of the root given, the others written.
-        scratch: of the thread.
+        scratch: of the thread; of its commands that of the root is given, the others are written.
     """
     for k in range(followers.order.shape[0]):
         robot = followers.order[k]
-        _see(followers, memories, b, robot, g, xi, u, True, scratch)
+        _see(followers, memories, b, robot, g, xi, True, scratch)
         if not _call(followers, memories, b, robot, followers.command, scratch):
             return int(robot)
-        u[robot, 0] = scratch.result[0]
-        u[robot, 1] = scratch.result[1]
+        scratch.u[robot, 0] = scratch.result[0]
+        scratch.u[robot, 1] = scratch.result[1]
     return -1
 
 
@@ -210,10 +210,11 @@ def _call(followers: Followers, memories: Memories, b: int, robot: int, address:
 
 @compiled_inside
 def _see(
-    followers: Followers, memories: Memories, b: int, robot: int, g: np.ndarray, xi: np.ndarray, u: np.ndarray,
-    known: bool, scratch: Scratch,
+    followers: Followers, memories: Memories, b: int, robot: int, g: np.ndarray, xi: np.ndarray, known: bool,
+    scratch: Scratch,
 ) -> None:  # fmt: skip
     """Writes the follower and what it tracks into the thread's memory."""
+    u = scratch.u
     leader = _parent(followers.parents[followers.first[robot]], g, xi, u)
     for edge in range(followers.first[robot] + 1, followers.first[robot + 1]):
         other = _parent(followers.parents[edge], g, xi, u)

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from nhtrack.compiled import compiled, compiled_inside
-from nhtrack.experiment.followers import Followers, Memories, command_followers, make_scratch
-from nhtrack.experiment.rows import Rows, write_qpos, write_row
-from nhtrack.simulation.engine import LAW as LAW_RAISED
-from nhtrack.simulation.engine import Motion, Place, Wheels, begin, finish, lose, step_simulation
+from nhtrack.compiled import compiled_inside, compiled_loop
+from nhtrack.experiment.followers import Followers, Memories, Scratch, command_followers
+from nhtrack.experiment.rows import Rows, write_row
+from nhtrack.simulation.engine import begin, finish, lose, step_simulation
+from nhtrack.simulation.faults import LAW
 from nhtrack.simulation.flow import Flow, Integrator, step_flow
+from nhtrack.simulation.motion import Motion, Place, Wheels
+
+_FAILED, _ENDED, _COMMANDED = range(3)
 
 
 class Block(NamedTuple):
@@ -23,6 +26,7 @@ class Block(NamedTuple):
         every: every so many of them a row is written.
         rows: where to.
         written: periods begun, by simulation, shape (b,).
+        u_root: accelerations of the root in all periods, shape (periods of the run, 1 or b, 2).
     """
 
     done: int
@@ -30,12 +34,13 @@ class Block(NamedTuple):
     every: int
     rows: Rows
     written: np.ndarray
+    u_root: np.ndarray
 
 
-@compiled
+@compiled_loop
 def run_on_wheels(
-    followers: Followers, memories: Memories, block: Block, u_root: np.ndarray, first: int, last: int,
-    wheels: Wheels, place: Place, motion: Motion, keep_going: bool,
+    followers: Followers, memories: Memories, block: Block, first: int, last: int, scratch: Scratch, motion: Motion,
+    wheels: Wheels, place: Place, keep_going: bool,
 ) -> None:  # fmt: skip
     """Runs the simulations [first, last) through a block of periods on wheels, and counts the periods they began.
 
@@ -43,93 +48,69 @@ def run_on_wheels(
         followers: who tracks whom.
         memories: of all simulations; changed.
         block: the periods, and where to write.
-        u_root: accelerations of the root, shape (periods, 1 or b, 2).
         first: first simulation.
         last: one behind the last.
-        wheels: see `nhtrack.simulation.engine`.
-        place: of the thread.
+        scratch: of the thread.
         motion: of all simulations; changed.
+        wheels: see `nhtrack.simulation.motion`.
+        place: of the thread.
         keep_going: whether a simulation that diverges may be lost.
     """
-    scratch = make_scratch()
-    u = np.zeros((motion.g.shape[1], 2))
     for b in range(first, last):
         for k in range(block.periods):
-            at_end = block.done + k == u_root.shape[0]
-            _take_root(u, u_root, block.done + k - at_end, b)
-            robot = command_followers(followers, memories, b, motion.g[b], motion.xi[b], u, scratch)
-            if robot >= 0:
-                motion.fault[b, 0], motion.fault[b, 1] = LAW_RAISED, robot
+            went = _command(followers, memories, block, b, k, scratch, motion)
+            if went == _FAILED:
                 break
-            row = _row(block, k, at_end)
-            if row >= 0:
-                write_row(
-                    block.rows, row, b, motion.g[b], motion.xi[b], u, not at_end, memories.tracked[b],
-                    motion.telemetry[b], memories.law[b],
-                )  # fmt: skip
-                write_qpos(block.rows, row, b, motion.qpos[b])
-            block.written[b] = k + 1
-            if at_end or motion.lost[b]:
-                continue
-            if not step_simulation(wheels, place, motion, b, u):
+            if went == _COMMANDED and not motion.lost[b] and not step_simulation(wheels, place, motion, b, scratch.u):
                 if not keep_going:
                     break
                 lose(motion, b)
 
 
-@compiled
+@compiled_loop
+def run_ideal(
+    followers: Followers, memories: Memories, block: Block, first: int, last: int, scratch: Scratch, flow: Flow,
+    integrator: Integrator,
+) -> None:  # fmt: skip
+    """Runs the simulations [first, last) through a block of periods on the ideal model; see `run_on_wheels`."""
+    for b in range(first, last):
+        for k in range(block.periods):
+            went = _command(followers, memories, block, b, k, scratch, flow)
+            if went == _FAILED or (went == _COMMANDED and not step_flow(integrator, flow, b, scratch.u)):
+                break
+
+
+@compiled_loop
 def command_fleet(
-    followers: Followers, memories: Memories, block: Block, u_root: np.ndarray, k: int, motion: Motion, u: np.ndarray,
-) -> bool:  # fmt: skip
+    followers: Followers, memories: Memories, block: Block, k: int, scratch: Scratch, motion: Motion
+) -> bool:
     """Commands the robots of one simulation and writes its row; returns whether a period begins."""
-    at_end = block.done + k == u_root.shape[0]
-    _take_root(u, u_root, block.done + k - at_end, 0)
-    robot = command_followers(followers, memories, 0, motion.g[0], motion.xi[0], u, make_scratch())
-    if robot >= 0:
-        motion.fault[0, 0], motion.fault[0, 1] = LAW_RAISED, robot
-        return False
-    row = _row(block, k, at_end)
-    if row >= 0:
-        write_row(
-            block.rows, row, 0, motion.g[0], motion.xi[0], u, not at_end, memories.tracked[0], motion.telemetry[0],
-            memories.law[0],
-        )  # fmt: skip
-        write_qpos(block.rows, row, 0, motion.qpos[0])
-    block.written[0] = k + 1
-    return not at_end and begin(motion, 0, u)
+    went = _command(followers, memories, block, 0, k, scratch, motion)
+    return went == _COMMANDED and begin(motion, 0, scratch.u)
 
 
-@compiled
+@compiled_loop
 def finish_fleet(wheels: Wheels, motion: Motion) -> bool:
     """Reads the state of one simulation at the end of a period; returns whether all went well."""
     return finish(wheels, motion, 0)
 
 
-@compiled
-def run_ideal(
-    followers: Followers, memories: Memories, block: Block, u_root: np.ndarray, first: int, last: int,
-    integrator: Integrator, flow: Flow,
-) -> None:  # fmt: skip
-    """Runs the simulations [first, last) through a block of periods on the ideal model; see `run_on_wheels`."""
-    scratch = make_scratch()
-    u = np.zeros((flow.g.shape[1], 2))
-    for b in range(first, last):
-        for k in range(block.periods):
-            at_end = block.done + k == u_root.shape[0]
-            _take_root(u, u_root, block.done + k - at_end, b)
-            robot = command_followers(followers, memories, b, flow.g[b], flow.xi[b], u, scratch)
-            if robot >= 0:
-                flow.fault[b, 0], flow.fault[b, 1] = LAW_RAISED, robot
-                break
-            row = _row(block, k, at_end)
-            if row >= 0:
-                write_row(
-                    block.rows, row, b, flow.g[b], flow.xi[b], u, not at_end, memories.tracked[b], flow.telemetry[b],
-                    memories.law[b],
-                )  # fmt: skip
-            block.written[b] = k + 1
-            if not at_end and not step_flow(integrator, flow, b, u):
-                break
+@compiled_inside
+def _command(
+    followers: Followers, memories: Memories, block: Block, b: int, k: int, scratch: Scratch, motion: Any
+) -> int:
+    """Commands the robots of a simulation in a period, writes its row, and returns how that went."""
+    at_end = block.done + k == block.u_root.shape[0]
+    _take_root(scratch.u, block, k - at_end, b)
+    robot = command_followers(followers, memories, b, motion.g[b], motion.xi[b], scratch)
+    if robot >= 0:
+        motion.fault[b, 0], motion.fault[b, 1] = LAW, robot
+        return _FAILED
+    row = _row(block, k, at_end)
+    if row >= 0:
+        write_row(block.rows, row, b, motion, scratch.u, not at_end, memories.tracked[b], memories.law[b])
+    block.written[b] = k + 1
+    return _ENDED if at_end else _COMMANDED
 
 
 @compiled_inside
@@ -142,11 +123,11 @@ def _row(block: Block, k: int, at_end: bool) -> int:
 
 
 @compiled_inside
-def _take_root(u: np.ndarray, u_root: np.ndarray, k: int, b: int) -> None:
+def _take_root(u: np.ndarray, block: Block, k: int, b: int) -> None:
     """Sets the root's accelerations of a period; the others are not known yet."""
-    own = b if u_root.shape[1] > 1 else 0
-    for i in range(u.shape[0]):
+    own = b if block.u_root.shape[1] > 1 else 0
+    for i in range(1, u.shape[0]):
         u[i, 0] = np.nan
         u[i, 1] = np.nan
-    u[0, 0] = u_root[k, own, 0]
-    u[0, 1] = u_root[k, own, 1]
+    u[0, 0] = block.u_root[block.done + k, own, 0]
+    u[0, 1] = block.u_root[block.done + k, own, 1]

@@ -21,10 +21,11 @@ from nhtrack.experiment.failures import failure_of, require_begun
 from nhtrack.experiment.followers import (
     Followers,
     Memories,
+    Scratch,
     Tracking,
-    begin_followers,
     make_followers,
     make_memories,
+    make_scratch,
 )
 from nhtrack.experiment.kernels import Block, command_fleet, finish_fleet, run_ideal, run_on_wheels
 from nhtrack.experiment.recorder import FullRecorder, Recorder, Shape
@@ -140,17 +141,18 @@ def run(
         robots=n,
         telemetry=simulation.measured,
         memory=law.kind.memory_size,
-        qpos=simulation.motion.qpos.shape[1:] if isinstance(simulation, MujocoSimulation) else (0, 0),
+        qpos=simulation.motion.qpos.shape[1:],
         dt=simulation.dt,
         start=start.t,
         every=every,
     )
     recorder.begin(shape)
     memories = make_memories(followers, law, count)
-    require_begun(law, followers, memories, simulation, begin_followers)
-    threads = len(simulation.places) if isinstance(simulation, MujocoSimulation) else threads
-    with ThreadPoolExecutor(max(1, threads)) as pool:
-        return _Loop(simulation, law, followers, memories, u_root, recorder, shape, pool, threads).run(progress)
+    threads = len(simulation.places) if isinstance(simulation, MujocoSimulation) else max(1, min(threads, count))
+    scratch = [make_scratch(n) for _ in range(threads)]
+    require_begun(law, followers, memories, simulation)
+    with ThreadPoolExecutor(threads) as pool:
+        return _Loop(simulation, law, followers, memories, u_root, recorder, shape, pool, scratch).run(progress)
 
 
 @dataclass(frozen=True)
@@ -165,7 +167,7 @@ class _Loop:
     recorder: Recorder
     shape: Shape
     pool: ThreadPoolExecutor
-    threads: int
+    scratch: list[Scratch]
 
     def run(self, progress: Progress | None) -> SimulationDiverged | None:
         """Runs block by block of control periods; returns why it ended early, or None."""
@@ -175,7 +177,7 @@ class _Loop:
             count = min(size, self.recorder.room, periods + 1 - done)
             first, last = shape.row_of(done), shape.row_after(done + count)
             written = np.zeros(shape.simulations, dtype=np.int64)
-            block = Block(done, count, shape.every, self.recorder.space(first, last - first), written)
+            block = Block(done, count, shape.every, self.recorder.space(first, last - first), written, self.u_root)
             began = time.perf_counter()
             self._advance(block)
             kept = int(written.min())
@@ -196,29 +198,33 @@ class _Loop:
         if isinstance(simulation, MujocoSimulation) and simulation.is_fleet:
             self._advance_fleet(simulation, block)
             return
-        count = min(self.threads, self.shape.simulations)
-        shares = enumerate(pairwise(np.linspace(0, self.shape.simulations, max(1, count) + 1).astype(int)))
-        if count <= 1:
-            self._advance_share(block, 0, 0, self.shape.simulations)
+        shares = self._shares(self.shape.simulations)
+        if len(shares) == 1:
+            self._advance_share(block, 0, *shares[0])
         else:
-            list(self.pool.map(lambda share: self._advance_share(block, share[0], *map(int, share[1])), shares))
+            list(self.pool.map(lambda share: self._advance_share(block, share[0], *share[1]), enumerate(shares)))
+
+    def _shares(self, count: int) -> list[tuple[int, int]]:
+        """Returns [first, last) of what each thread does."""
+        ends = np.linspace(0, count, len(self.scratch) + 1).astype(int)
+        return [(int(first), int(last)) for first, last in pairwise(ends)]
 
     def _advance_share(self, block: Block, share: int, first: int, last: int) -> None:
         """Runs the simulations [first, last) through a block."""
-        simulation, where = self.simulation, (self.followers, self.memories, block, self.u_root, first, last)
+        simulation = self.simulation
+        shared = (self.followers, self.memories, block, first, last, self.scratch[share])
         if isinstance(simulation, MujocoSimulation):
-            place = simulation.places[share]
-            run_on_wheels(*where, simulation.wheels, place, simulation.motion, simulation.keep_going)
+            wheels, place = simulation.wheels, simulation.places[share]
+            run_on_wheels(*shared, simulation.motion, wheels, place, simulation.keep_going)
         else:
-            run_ideal(*where, simulation.integrator, simulation.motion)
+            run_ideal(*shared, simulation.motion, simulation.integrator)
 
     def _advance_fleet(self, simulation: MujocoSimulation, block: Block) -> None:
         """Runs one simulation of many small models through a block: commands at once, models over threads."""
         wheels, motion, places = simulation.wheels, simulation.motion, simulation.places
-        shares = [(int(a), int(b)) for a, b in pairwise(np.linspace(0, simulation.units, len(places) + 1).astype(int))]
-        u = np.zeros(motion.u.shape[1:])
+        shares = self._shares(simulation.units)
         for k in range(block.periods):
-            if not command_fleet(self.followers, self.memories, block, self.u_root, k, motion, u):
+            if not command_fleet(self.followers, self.memories, block, k, self.scratch[0], motion):
                 return
             futures = [
                 self.pool.submit(roll_units, wheels, place, motion, 0, *share)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -22,7 +22,6 @@ COLUMNS: Mapping[str, slice] = {
     "error": slice(14, 17),
 }
 BARE = 17  # columns of a row without telemetry
-_BARE = BARE
 
 
 class Rows(NamedTuple):
@@ -51,38 +50,31 @@ def named(table: np.ndarray) -> dict[str, np.ndarray]:
 
 @compiled_inside
 def write_row(
-    rows: Rows, k: int, b: int, g: np.ndarray, xi: np.ndarray, u: np.ndarray, commanded: bool, tracked: np.ndarray,
-    telemetry: np.ndarray, memory: np.ndarray,
-) -> None:  # fmt: skip
+    rows: Rows, k: int, b: int, motion: Any, u: np.ndarray, commanded: bool, tracked: np.ndarray, memory: np.ndarray
+) -> None:
     """Writes the row k of a simulation; the last row of a run has no input, since nothing is commanded any more."""
-    for i in range(g.shape[0]):
-        row = rows.table[b, rows.first + k, i]
+    for i in range(u.shape[0]):
+        row, g, xi, seen = rows.table[b, rows.first + k, i], motion.g[b, i], motion.xi[b, i], tracked[i]
         for c in range(3):
-            row[c] = g[i, c]
-            row[3 + c] = xi[i, c]
-            row[8 + c] = tracked[i, c]
-            row[11 + c] = tracked[i, 3 + c]
+            row[c] = g[c]
+            row[3 + c] = xi[c]
+            row[8 + c] = seen[c]
+            row[11 + c] = seen[3 + c]
         row[6] = u[i, 0] if commanded else math.nan
         row[7] = u[i, 1] if commanded else math.nan
-        if math.isnan(tracked[i, 0]):  # the root, which tracks nobody
+        if math.isnan(seen[0]):  # the root, which tracks nobody
             row[14] = row[15] = row[16] = math.nan
         else:
-            place = (tracked[i, 0], tracked[i, 1], tracked[i, 2])
-            x, y, heading = planar.between(place, (g[i, 0], g[i, 1], g[i, 2]))
+            x, y, heading = planar.between((seen[0], seen[1], seen[2]), (g[0], g[1], g[2]))
             row[14] = x
             row[15] = y
             row[16] = planar.wrap(heading)
-        for c in range(row.shape[0] - _BARE):
-            row[_BARE + c] = telemetry[i, c]
+        for c in range(row.shape[0] - BARE):
+            row[BARE + c] = motion.telemetry[b, i, c]
         if rows.memory.shape[1] > 0:
             for c in range(memory.shape[1]):
                 rows.memory[b, rows.first + k, i, c] = memory[i, c]
-
-
-@compiled_inside
-def write_qpos(rows: Rows, k: int, b: int, qpos: np.ndarray) -> None:
-    """Writes MuJoCo's configuration, where it is kept."""
     if rows.qpos.shape[1] > 0:
-        for robot in range(qpos.shape[0]):
-            for c in range(qpos.shape[1]):
-                rows.qpos[b, rows.first + k, robot, c] = qpos[robot, c]
+        for robot in range(motion.qpos.shape[1]):
+            for c in range(motion.qpos.shape[2]):
+                rows.qpos[b, rows.first + k, robot, c] = motion.qpos[b, robot, c]

@@ -8,142 +8,24 @@ of the model and its data; the state of every robot lives in arrays, from which 
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 
-from nhtrack.compiled import call_2, compiled, compiled_inside, doubles, int32_at, int64_at, put_int32
+from nhtrack.compiled import call_2, compiled_inside, compiled_loop, float64_at, int32_at, put_float64, put_int32
+from nhtrack.simulation.attitude import heading_of, tilt_of
+from nhtrack.simulation.faults import COMMAND, FINE, STATE, TIPPED_OVER, WARNED
+from nhtrack.simulation.forces import note_forces, read_forces
 from nhtrack.simulation.integrator import advance
-from nhtrack.simulation.plant import (
-    Floor,
-    Plant,
-    demand_of,
-    friction_at,
-    gravity_at,
-    length,
-    predicted_utilisation,
-    saturated,
-    utilisation,
-)
+from nhtrack.simulation.motion import Motion, Place, Wheels, copy, fill
+from nhtrack.simulation.plant import friction_at, gravity_at, length, saturated
+from nhtrack.simulation.telemetry import measure
+from nhtrack.simulation.track import Track, write_track
 
 # A robot leaning this far has tipped: its wheels no longer roll on their treads.
 TIPPED = math.radians(30.0)
 # Share of the friction limit from which a wheel counts as sliding within a physics step.
 SLIDING = 1 - 1e-6
 _WARNINGS = 7  # kinds of warnings that MuJoCo counts
-
-# Why a simulation cannot go on.
-FINE, COMMAND, STATE, WARNED, TIPPED_OVER, LAW = range(6)
-
-
-class Wheels(NamedTuple):
-    """What does not change while robots of one kind drive; p robots in units of k.
-
-    Attributes:
-        dt: control period [s].
-        h: physics step [s].
-        substeps: physics steps in a period.
-        planar: whether the base is held level.
-        corrected: whether tyres get a surface velocity along the axle.
-        before_share: of the lateral velocity before a step, in that surface velocity [1].
-        after_share: of the one wanted after it [1].
-        force_share: of the side force [m/s/N].
-        straddling: share of the old command in the first step of a period, which begins half a step before it [1].
-        lag: of a motor whose wheel slides; see `Motor.saturate` [1].
-        torque_map: from the terms of `DiffDrive.ground_map` to wheel torques, shape (6, 2).
-        side_map: from the same to the side force, shape (6,).
-        torque_gain: from wheel torques to accelerations, shape (2, 2).
-        plant: the robots as they are.
-        floor: what they stand on.
-        known: what the compensation knows of it.
-        radius_factors: radii of the tyres over the nominal radius.
-        wheel_dofs: places of the wheels among a robot's velocities.
-        motors: of a unit's robots among its actuators, shape (k, 2).
-        tyres: of a unit's robots among its geoms, shape (k, 2).
-        roles: of a unit's geoms: 2 i + wheel for tyres, -2 for the floor, -1 for all others.
-        first_body: 1 where the root is virtual, else 0.
-        layout: `nhtrack.simulation.memory.Layout` as integers.
-    """
-
-    dt: float
-    h: float
-    substeps: int
-    planar: bool
-    corrected: bool
-    before_share: float
-    after_share: float
-    force_share: float
-    straddling: float
-    lag: float
-    torque_map: np.ndarray
-    side_map: np.ndarray
-    torque_gain: np.ndarray
-    plant: Plant
-    floor: Floor
-    known: Floor
-    radius_factors: tuple[float, float]
-    wheel_dofs: tuple[int, int]
-    motors: np.ndarray
-    tyres: np.ndarray
-    roles: np.ndarray
-    first_body: int
-    layout: tuple[int, ...]
-
-
-class Place(NamedTuple):
-    """Addresses of what one thread steps: MuJoCo's function, its model and data, and their arrays."""
-
-    step: int
-    model: int
-    data: int
-    qpos: int
-    qvel: int
-    warmstart: int
-    ctrl: int
-    surface: int
-    friction: int
-
-
-class Motion(NamedTuple):
-    """State of b simulations of n robots, p of them with wheels.
-
-    Attributes:
-        g: poses, shape (b, n, 3).
-        xi: body twists, shape (b, n, 3).
-        g_before: poses a period ago.
-        xi_before: twists a period ago.
-        u: accelerations commanded last, shape (b, n, 2).
-        u_before: those commanded before, shape (b, n, 2).
-        qpos: MuJoCo's coordinates, shape (b, p, coordinates of a robot).
-        qvel: its velocities, half a step earlier.
-        warmstart: its accelerations of the last step.
-        velocity: (v_x, v_y, omega) half a step before the positions' time, shape (b, p, 3).
-        velocity_before: the same a step earlier.
-        friction: coefficients under the tyres, shape (b, p, 2).
-        force: of the floor on the tyres in the last step, world frame [N], shape (b, p, 2, 3).
-        rolled: sums and extremes of a period, see `_note`, shape (b, p, 2, 5).
-        telemetry: see `nhtrack.simulation.columns`, shape (b, n, 18).
-        fault: why a simulation stopped, which robot, which warning; shape (b, 3).
-        lost: whether it has, shape (b,).
-    """
-
-    g: np.ndarray
-    xi: np.ndarray
-    g_before: np.ndarray
-    xi_before: np.ndarray
-    u: np.ndarray
-    u_before: np.ndarray
-    qpos: np.ndarray
-    qvel: np.ndarray
-    warmstart: np.ndarray
-    velocity: np.ndarray
-    velocity_before: np.ndarray
-    friction: np.ndarray
-    force: np.ndarray
-    rolled: np.ndarray
-    telemetry: np.ndarray
-    fault: np.ndarray
-    lost: np.ndarray
 
 
 @compiled_inside
@@ -178,20 +60,6 @@ def begin(motion: Motion, b: int, u: np.ndarray) -> bool:
 
 
 @compiled_inside
-def copy(target: np.ndarray, source: np.ndarray) -> None:
-    """Copies numbers one by one: an assignment of whole rows takes the compiler seconds."""
-    for i in range(target.shape[0]):
-        target[i] = source[i]
-
-
-@compiled_inside
-def fill(target: np.ndarray, value: float) -> None:
-    """Sets all of a row to a number."""
-    for i in range(target.shape[0]):
-        target[i] = value
-
-
-@compiled_inside
 def _blame(motion: Motion, b: int, code: int, robot: int, detail: int) -> None:
     motion.fault[b, 0] = code
     motion.fault[b, 1] = robot
@@ -201,50 +69,77 @@ def _blame(motion: Motion, b: int, code: int, robot: int, detail: int) -> None:
 @compiled_inside
 def roll(wheels: Wheels, place: Place, motion: Motion, b: int, unit: int) -> None:
     """Steps one unit through a control period."""
-    count, first = wheels.tyres.shape[0], unit * wheels.tyres.shape[0]
-    size_q, size_v = motion.qpos.shape[2], motion.qvel.shape[2]
-    qpos = doubles(place.qpos, count * size_q).reshape((count, size_q))
-    qvel = doubles(place.qvel, count * size_v).reshape((count, size_v))
-    warmstart = doubles(place.warmstart, count * size_v).reshape((count, size_v))
-    for i in range(count):
-        copy(qpos[i], motion.qpos[b, first + i])
-        copy(qvel[i], motion.qvel[b, first + i])
-        copy(warmstart[i], motion.warmstart[b, first + i])
-        for wheel in range(2):
-            fill(motion.rolled[b, first + i, wheel], 0.0)
+    load_unit(wheels, place, motion, b, unit)
     for k in range(wheels.substeps):
-        for i in range(count):
-            _drive(wheels, place, motion, b, first + i, i, k == 0, qpos[i], qvel[i])
+        drive_unit(wheels, place, motion, b, unit, k == 0)
         call_2(place.step, place.model, place.data)
-        _read_forces(wheels, place, motion.force[b], first)
-        for i in range(count):
-            _note_forces(wheels, motion, b, first + i)
-            _read_velocity(wheels, motion, b, first + i, qpos[i], qvel[i])
+        read_unit(wheels, place, motion, b, unit)
+    store_unit(wheels, place, motion, b, unit)
+
+
+@compiled_inside
+def load_unit(wheels: Wheels, place: Place, motion: Motion, b: int, unit: int) -> None:
+    """Writes the state of a unit into the thread's data, and begins its sums of a period."""
+    size_q, size_v, count = 8 * motion.qpos.shape[2], 8 * motion.qvel.shape[2], wheels.tyres.shape[0]
     for i in range(count):
-        copy(motion.qpos[b, first + i], qpos[i])
-        copy(motion.qvel[b, first + i], qvel[i])
-        copy(motion.warmstart[b, first + i], warmstart[i])
+        robot = unit * count + i
+        _put_row(place.qpos + i * size_q, motion.qpos[b, robot])
+        _put_row(place.qvel + i * size_v, motion.qvel[b, robot])
+        _put_row(place.warmstart + i * size_v, motion.warmstart[b, robot])
+        for wheel in range(2):
+            fill(motion.rolled[b, robot, wheel], 0.0)
+
+
+@compiled_inside
+def drive_unit(wheels: Wheels, place: Place, motion: Motion, b: int, unit: int, first: bool) -> None:
+    """Writes what the robots of a unit do in a physics step; `first` of the period."""
+    for i in range(wheels.tyres.shape[0]):
+        _drive(wheels, place, motion, b, unit * wheels.tyres.shape[0] + i, i, first)
+
+
+@compiled_inside
+def read_unit(wheels: Wheels, place: Place, motion: Motion, b: int, unit: int) -> None:
+    """Reads what a physics step made of the robots of a unit."""
+    size_q, size_v, count = 8 * motion.qpos.shape[2], 8 * motion.qvel.shape[2], wheels.tyres.shape[0]
+    read_forces(wheels, place, motion.force[b], unit * count)
+    for i in range(count):
+        robot = unit * count + i
+        _take_row(place.qpos + i * size_q, motion.qpos[b, robot])
+        _take_row(place.qvel + i * size_v, motion.qvel[b, robot])
+        note_forces(motion, b, robot)
+        _read_velocity(wheels, motion, b, robot)
+
+
+@compiled_inside
+def store_unit(wheels: Wheels, place: Place, motion: Motion, b: int, unit: int) -> None:
+    """Keeps what only MuJoCo needs again, and looks for its warnings."""
+    size_v, count = 8 * motion.qvel.shape[2], wheels.tyres.shape[0]
+    for i in range(count):
+        _take_row(place.warmstart + i * size_v, motion.warmstart[b, unit * count + i])
     _take_warnings(wheels, place, motion, b)
 
 
 @compiled_inside
-def heading_of(planar: bool, qpos: np.ndarray) -> float:
-    """Returns the heading of a robot, on a free base the swing-twist rotation about the vertical [rad]."""
-    return qpos[3] if planar else 2 * math.atan2(qpos[6], qpos[3])
+def _put_row(address: int, row: np.ndarray) -> None:
+    for c in range(row.shape[0]):
+        put_float64(address + 8 * c, row[c])
 
 
 @compiled_inside
-def _drive(
-    wheels: Wheels, place: Place, motion: Motion, b: int, robot: int, i: int, first: bool, qpos: np.ndarray,
-    qvel: np.ndarray,
-) -> None:  # fmt: skip
+def _take_row(address: int, row: np.ndarray) -> None:
+    for c in range(row.shape[0]):
+        row[c] = float64_at(address + 8 * c)
+
+
+@compiled_inside
+def _drive(wheels: Wheels, place: Place, motion: Motion, b: int, robot: int, i: int, first: bool) -> None:
     """Sets the torques of a robot for one step, and the surface velocity and friction of its tyres.
 
     The axle midpoint's velocity turns from half a step before t_k to half a step after. Seen in the heading of t_k, in
     which MuJoCo takes masses and contacts, it goes from v e^(-i h omega/2) to v_after e^(i h omega_after/2). The
     difference of the two over h is the acceleration that torques are for and that contacts have to bring about.
     """
-    h, n = wheels.h, robot + wheels.first_body
+    h, n, qpos = wheels.h, robot + wheels.first_body, motion.qpos[b, robot]
     u_x, u_theta = motion.u[b, n, 0], motion.u[b, n, 1]
     if first:
         u_x += wheels.straddling * (motion.u_before[b, n, 0] - u_x)
@@ -259,8 +154,8 @@ def _drive(
     ahead, aside = (v_after * math.cos(turn) - before_x) / h, (v_after * math.sin(turn) - before_y) / h
     square = omega * omega  # MuJoCo takes the centripetal force from its own velocities
     terms = (ahead, u_theta, square, aside, gravity_x, gravity_y)
-    extra_left = _torque(wheels, place, motion, b, robot, i, 0, terms, qvel)
-    extra_right = _torque(wheels, place, motion, b, robot, i, 1, terms, qvel)
+    extra_left = _torque(wheels, place, motion, b, robot, i, 0, terms)
+    extra_right = _torque(wheels, place, motion, b, robot, i, 1, terms)
     if wheels.corrected:
         gain, side = wheels.torque_gain, wheels.side_map
         real_x = u_x + extra_left * gain[0, 0] + extra_right * gain[1, 0]
@@ -269,8 +164,8 @@ def _drive(
         force = ahead * side[0] + u_theta * side[1] + square * side[2] + aside * side[3]
         force += gravity_x * side[4] + gravity_y * side[5]
         surface = wheels.before_share * before_y + wheels.after_share * after_y + wheels.force_share * (force / 2)
-        doubles(place.surface + 48 * wheels.tyres[i, 0], 2)[1] = surface
-        doubles(place.surface + 48 * wheels.tyres[i, 1], 2)[1] = surface
+        for wheel in range(2):
+            put_float64(place.surface + 48 * wheels.tyres[i, wheel] + 8, surface)
     if wheels.floor.patches.shape[0] > 0:
         across_x = -wheels.plant.half_separation * math.sin(heading)
         across_y = wheels.plant.half_separation * math.cos(heading)
@@ -281,7 +176,7 @@ def _drive(
 @compiled_inside
 def _torque(
     wheels: Wheels, place: Place, motion: Motion, b: int, robot: int, i: int, wheel: int,
-    terms: tuple[float, float, float, float, float, float], qvel: np.ndarray,
+    terms: tuple[float, float, float, float, float, float],
 ) -> float:  # fmt: skip
     """Sets the torque of one motor, and returns how much more it is than what was asked for [N m]."""
     row = wheels.torque_map
@@ -290,9 +185,9 @@ def _torque(
     force = motion.force[b, robot, wheel]
     slides = length(force[0], force[1]) >= SLIDING * motion.friction[b, robot, wheel] * force[2]
     plant = wheels.plant
-    line = qvel[wheels.wheel_dofs[wheel]] / plant.no_load_speed
+    line = motion.qvel[b, robot, wheels.wheel_dofs[wheel]] / plant.no_load_speed
     given = saturated(asked, line, plant.stall_torque, plant.torque_limit, wheels.lag if slides else 0.0)
-    doubles(place.ctrl + 8 * wheels.motors[i, wheel], 1)[0] = given
+    put_float64(place.ctrl + 8 * wheels.motors[i, wheel], given)
     noted = motion.rolled[b, robot, wheel]
     noted[0] += given
     if abs(asked) > abs(noted[1]):
@@ -309,46 +204,13 @@ def _lay(
     """Gives a tyre the friction of the place where it stands."""
     friction = friction_at(wheels.floor, x, y)
     motion.friction[b, robot, wheel] = friction
-    doubles(place.friction + 24 * wheels.tyres[i, wheel], 1)[0] = friction
+    put_float64(place.friction + 24 * wheels.tyres[i, wheel], friction)
 
 
 @compiled_inside
-def _read_forces(wheels: Wheels, place: Place, force: np.ndarray, first: int) -> None:
-    """Reads the forces of the floor on the tyres of a unit from the list of contacts, in the world frame."""
-    ncon, contact, efc_force, _, _, _, size, frame, geom, efc_address = wheels.layout
-    for i in range(wheels.tyres.shape[0]):
-        for wheel in range(2):
-            fill(force[first + i, wheel], 0.0)
-    at = int64_at(place.data + contact)
-    forces = int64_at(place.data + efc_force)
-    for _ in range(int32_at(place.data + ncon)):
-        row = int32_at(at + efc_address)
-        role, other = wheels.roles[int32_at(at + geom)], wheels.roles[int32_at(at + geom + 4)]
-        # The normal points from the first geom to the second, which the force pushes along it.
-        if row >= 0 and ((role == -2 and other >= 0) or (other == -2 and role >= 0)):
-            tyre, sign = (other, 1.0) if role == -2 else (role, -1.0)
-            axes, parts = doubles(at + frame, 9), doubles(forces + 8 * row, 3)
-            on_tyre = force[first + tyre // 2, tyre % 2]
-            for axis in range(3):
-                on_tyre[axis] += sign * (axes[axis] * parts[0] + axes[3 + axis] * parts[1] + axes[6 + axis] * parts[2])
-        at += size
-
-
-@compiled_inside
-def _note_forces(wheels: Wheels, motion: Motion, b: int, robot: int) -> None:
-    for wheel in range(2):
-        force, noted = motion.force[b, robot, wheel], motion.rolled[b, robot, wheel]
-        noted[3] += force[2]
-        limit = motion.friction[b, robot, wheel] * max(force[2], 0.0)
-        noted[4] = max(noted[4], utilisation(length(force[0], force[1]), limit))
-
-
-@compiled_inside
-def _read_velocity(
-    wheels: Wheels, motion: Motion, b: int, robot: int, qpos: np.ndarray, qvel: np.ndarray
-) -> None:
+def _read_velocity(wheels: Wheels, motion: Motion, b: int, robot: int) -> None:
     """Resolves the velocities in the headings of their own time, half a step before the positions'."""
-    velocity = motion.velocity[b, robot]
+    qpos, qvel, velocity = motion.qpos[b, robot], motion.qvel[b, robot], motion.velocity[b, robot]
     copy(motion.velocity_before[b, robot], velocity)
     omega = qvel[3] if wheels.planar else qvel[5]
     angle = heading_of(wheels.planar, qpos) - wheels.h / 2 * omega
@@ -400,12 +262,6 @@ def _read_state(wheels: Wheels, motion: Motion, b: int, robot: int) -> None:
 
 
 @compiled_inside
-def tilt_of(planar: bool, qpos: np.ndarray) -> float:
-    """Returns the angle between a robot's vertical axis and the floor's normal [rad]."""
-    return 0.0 if planar else 2 * math.asin(min(math.hypot(qpos[4], qpos[5]), 1.0))
-
-
-@compiled_inside
 def _is_well(wheels: Wheels, motion: Motion, b: int) -> bool:
     for i in range(motion.g.shape[1]):
         for c in range(3):
@@ -419,49 +275,6 @@ def _is_well(wheels: Wheels, motion: Motion, b: int) -> bool:
             _blame(motion, b, TIPPED_OVER, robot + wheels.first_body, 0)
             return False
     return True
-
-
-@compiled_inside
-def measure(wheels: Wheels, motion: Motion, b: int, unknown: bool) -> None:
-    """Writes the telemetry of a period; `unknown` before the first one, when nothing is known of forces."""
-    if wheels.first_body:
-        fill(motion.telemetry[b, 0], math.nan)
-    for robot in range(motion.qpos.shape[1]):
-        row, rolled = motion.telemetry[b, robot + wheels.first_body], motion.rolled[b, robot]
-        now, steps, plant = motion.velocity[b, robot], float(wheels.substeps), wheels.plant
-        for wheel in range(2):
-            row[wheel] = rolled[wheel, 0] / steps
-            row[2 + wheel] = rolled[wheel, 1]
-            row[4 + wheel] = rolled[wheel, 2] / steps
-            row[8 + wheel] = rolled[wheel, 3] / steps
-            row[13 + wheel] = rolled[wheel, 4]
-            speed = motion.qvel[b, robot, wheels.wheel_dofs[wheel]]
-            across = plant.half_separation * now[2] * (2 * wheel - 1)
-            row[6 + wheel] = speed
-            row[10 + wheel] = plant.radius * ((now[0] + across) / plant.radius - speed * wheels.radius_factors[wheel])
-            if unknown:
-                row[wheel] = row[2 + wheel] = row[8 + wheel] = math.nan
-        row[12] = now[1]
-        _predict(wheels, motion, b, robot + wheels.first_body, row)
-        row[17] = tilt_of(wheels.planar, motion.qpos[b, robot])
-
-
-@compiled_inside
-def _predict(wheels: Wheels, motion: Motion, b: int, n: int, row: np.ndarray) -> None:
-    """Writes the larger predicted utilisation of each wheel at the two ends of a period."""
-    share = wheels.straddling
-    u, before = motion.u[b, n], motion.u_before[b, n]
-    u_x, u_theta = u[0] + share * (before[0] - u[0]), u[1] + share * (before[1] - u[1])
-    left, right = 0.0, 0.0
-    for end in range(2):
-        g, xi = (motion.g_before[b, n], motion.xi_before[b, n]) if end == 0 else (motion.g[b, n], motion.xi[b, n])
-        if end == 1:
-            u_x, u_theta = u[0], u[1]
-        asked = demand_of(wheels.plant, wheels.floor, g[2], xi[0], xi[2], u_x, u_theta)
-        used = predicted_utilisation(wheels.plant, wheels.floor, g[0], g[1], g[2], asked.force, asked.load)
-        left, right = max(left, used[0]), max(right, used[1])
-    row[15] = left
-    row[16] = right
 
 
 @compiled_inside
@@ -479,14 +292,14 @@ def lose(motion: Motion, b: int) -> None:
         fill(motion.velocity_before[b, robot], 0.0)
 
 
-@compiled
+@compiled_loop
 def roll_units(wheels: Wheels, place: Place, motion: Motion, b: int, first: int, last: int) -> None:
     """Steps the units [first, last) of one simulation through a control period that has begun."""
     for unit in range(first, last):
         roll(wheels, place, motion, b, unit)
 
 
-@compiled
+@compiled_loop
 def step_simulations(
     wheels: Wheels, place: Place, motion: Motion, first: int, last: int, u: np.ndarray, keep_going: bool
 ) -> None:
@@ -496,30 +309,14 @@ def step_simulations(
             lose(motion, b)
 
 
-@compiled
+@compiled_loop
 def measure_all(wheels: Wheels, motion: Motion) -> None:
     """Writes the telemetry of all simulations before their first step."""
     for b in range(motion.g.shape[0]):
         measure(wheels, motion, b, True)
 
 
-class Track(NamedTuple):
-    """Where simulations write what open-loop inputs make of them, for k periods.
-
-    Attributes:
-        g: poses at the end of each period, shape (k, b, n, 3).
-        xi: twists, likewise.
-        telemetry: shape (k, b, n, 18), or no periods where nobody asks.
-        written: periods finished, shape (b,).
-    """
-
-    g: np.ndarray
-    xi: np.ndarray
-    telemetry: np.ndarray
-    written: np.ndarray
-
-
-@compiled
+@compiled_loop
 def drive_simulations(
     wheels: Wheels, place: Place, motion: Motion, first: int, last: int, u: np.ndarray, track: Track
 ) -> None:
@@ -529,14 +326,3 @@ def drive_simulations(
             if not step_simulation(wheels, place, motion, b, u[k, b]):
                 break
             write_track(track, k, b, motion.g[b], motion.xi[b], motion.telemetry[b])
-
-
-@compiled_inside
-def write_track(track: Track, k: int, b: int, g: np.ndarray, xi: np.ndarray, telemetry: np.ndarray) -> None:
-    """Writes a period of a simulation."""
-    for i in range(g.shape[0]):
-        copy(track.g[k, b, i], g[i])
-        copy(track.xi[k, b, i], xi[i])
-        if track.telemetry.shape[0] > 0:
-            copy(track.telemetry[k, b, i], telemetry[i])
-    track.written[b] = k + 1

@@ -7,10 +7,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from nhtrack.compiled import compiled, compiled_inside
-from nhtrack.simulation.engine import COMMAND, FINE, STATE, Track, copy, fill, write_track
+from nhtrack.compiled import compiled_inside, compiled_loop
+from nhtrack.simulation.faults import COMMAND, FINE, STATE
 from nhtrack.simulation.integrator import advance
+from nhtrack.simulation.motion import copy, fill
 from nhtrack.simulation.plant import Floor, Plant, demand_of, predicted_utilisation, saturated
+from nhtrack.simulation.track import Track, write_track
 
 # A robot this far away [m], this fast [m/s] or turned this far [rad] is out of its law's hands; sums and squares of it
 # are still finite.
@@ -38,13 +40,14 @@ class Integrator(NamedTuple):
 
 
 class Flow(NamedTuple):
-    """State of b simulations of n ideal robots; arrays as in `nhtrack.simulation.engine.Motion`."""
+    """State of b simulations of n ideal robots; arrays as in `nhtrack.simulation.motion.Motion`, `qpos` empty."""
 
     g: np.ndarray
     xi: np.ndarray
     g_before: np.ndarray
     xi_before: np.ndarray
     u: np.ndarray
+    qpos: np.ndarray
     telemetry: np.ndarray
     fault: np.ndarray
     lost: np.ndarray
@@ -125,21 +128,21 @@ def measure_flow(integrator: Integrator, flow: Flow, b: int) -> None:
             rows[b, i, 13 + wheel] = rows[b, i, 15 + wheel] = max(used_0[wheel], used[wheel])
 
 
-@compiled
+@compiled_loop
 def step_flows(integrator: Integrator, flow: Flow, u: np.ndarray) -> None:
     """Advances all simulations by the exact flow; u of shape (b, n, 2)."""
     for b in range(flow.g.shape[0]):
         step_flow(integrator, flow, b, u[b])
 
 
-@compiled
+@compiled_loop
 def measure_flows(integrator: Integrator, flow: Flow) -> None:
     """Writes the telemetry of all simulations."""
     for b in range(flow.g.shape[0]):
         measure_flow(integrator, flow, b)
 
 
-@compiled
+@compiled_loop
 def drive_flows(integrator: Integrator, flow: Flow, u: np.ndarray, track: Track) -> None:
     """Drives all simulations by inputs known beforehand, shape (k, b, n, 2), until one goes wrong."""
     for b in range(flow.g.shape[0]):

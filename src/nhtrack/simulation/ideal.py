@@ -11,14 +11,15 @@ from nhtrack.diffdrive import DiffDrive
 from nhtrack.diffdrive.motor import Motor
 from nhtrack.errors import SimulationDiverged
 from nhtrack.ground import Ground
-from nhtrack.simulation import columns, engine, flow
+from nhtrack.simulation import columns, flow
+from nhtrack.simulation.faults import failure_in
 from nhtrack.simulation.integrator import advance_all
 from nhtrack.simulation.plant import floor_of, plant_of
-from nhtrack.simulation.state import Driven, State, joined, require_rolling
+from nhtrack.simulation.state import Driven, State, require_rolling
+from nhtrack.simulation.track import driven, make_track
 
 # Stands for wheels that nobody asks about.
 _NO_WHEELS = DiffDrive(1.0, 1.0, 1.0, 1.0, 0.0, (0.0, 0.0, 1.0), ((-1.0, 0.0),), Motor(1.0, 1.0, 1.0))
-_REASONS = {engine.COMMAND: "command is not finite", engine.STATE: "state is not finite"}
 
 
 def propagate(g: Array, xi: Array, u: Array, dt: float) -> tuple[Array, Array]:
@@ -83,6 +84,7 @@ class IdealSimulation:
             g_before=g.copy(),
             xi_before=xi.copy(),
             u=np.zeros((count, robots, 2)),
+            qpos=np.zeros((count, 0, 0)),
             telemetry=np.zeros((count, robots, columns.WIDTH)),
             fault=np.zeros((count, 3), dtype=np.int64),
             lost=np.zeros(count, dtype=np.bool_),
@@ -103,31 +105,20 @@ class IdealSimulation:
 
     def drive_by(self, u: Array) -> Driven:
         """Drives the robots by inputs known beforehand; see `Simulation.drive_by`."""
-        begin, periods, motion = self._state(), len(u), self.motion
-        held = np.array(u, dtype=float).reshape(periods, *motion.u.shape)
-        track = engine.Track(
-            np.empty((periods, *motion.g.shape)),
-            np.empty((periods, *motion.xi.shape)),
-            np.empty((periods if self.measured else 0, *motion.telemetry.shape)),
-            np.zeros(len(motion.g), dtype=np.int64),
-        )
+        begin, motion = self._state(), self.motion
+        held = np.array(u, dtype=float).reshape(len(u), *motion.u.shape)
+        track = make_track(len(u), motion.g, motion.telemetry, self.measured)
         flow.drive_flows(self.integrator, motion, held, track)
-        self._periods += int(track.written.min(initial=periods))
+        self._periods += int(track.written.min(initial=len(u)))
         failure = self.failure(self._periods + 1)
         if failure is not None:
             raise failure
-        return joined(begin.t, self.dt, begin, track, self._shape)
+        return driven(begin, self.dt, track, self._shape)
 
     def failure(self, periods: int | None = None, simulation: int | None = None) -> SimulationDiverged | None:
         """Returns why a simulation cannot go on, or None; see `MujocoSimulation.failure`."""
-        faulty = np.flatnonzero(self.motion.fault[:, 0] != engine.FINE)
-        if self.keep_going or not len(faulty):
-            return None
-        b = int(faulty[0]) if simulation is None else simulation
-        code, robot, _ = (int(value) for value in self.motion.fault[b])
         done = self._periods if periods is None else periods
-        time = self.start_time + (done - (code == engine.COMMAND)) * self.dt
-        return SimulationDiverged(_REASONS[code], self.names[robot], time, b)
+        return failure_in(self.motion, self.names, self.start_time, self.dt, done, simulation)
 
     @property
     def measured(self) -> bool:

@@ -13,7 +13,7 @@ import math
 
 import numpy as np
 
-from nhtrack.compiled import compiled, compiled_inside
+from nhtrack.compiled import compiled_inside, compiled_loop
 
 
 def _rule(count: int) -> np.ndarray:
@@ -84,7 +84,7 @@ def advance(g: np.ndarray, xi: np.ndarray, u: np.ndarray, dt: float) -> None:
     xi[2] = omega + u[1] * dt
 
 
-@compiled
+@compiled_loop
 def advance_all(g: np.ndarray, xi: np.ndarray, u: np.ndarray, dt: float) -> None:
     """Moves robots in place: g and xi of shape (k, 3), u of shape (k, 2)."""
     for i in range(g.shape[0]):

@@ -28,11 +28,12 @@ from nhtrack.errors import SimulationDiverged
 from nhtrack.ground import Ground
 from nhtrack.simulation import columns, engine, memory
 from nhtrack.simulation.contact import FrictionRow
+from nhtrack.simulation.faults import failure_in
+from nhtrack.simulation.motion import Motion, Place, Wheels
 from nhtrack.simulation.plant import floor_of, plant_of
 from nhtrack.simulation.scene import Scene, SceneSpec, make_scene, unit_spec
-from nhtrack.simulation.state import Driven, State, joined, require_rolling
-
-_REASONS = {engine.COMMAND: "command is not finite", engine.STATE: "state is not finite"}
+from nhtrack.simulation.state import Driven, State, require_rolling
+from nhtrack.simulation.track import driven, make_track
 
 
 class MujocoSimulation:
@@ -97,13 +98,13 @@ class MujocoSimulation:
         """Physics steps in a control period."""
         return int(self.wheels.substeps)
 
-    def _still(self, count: int) -> engine.Motion:
+    def _still(self, count: int) -> Motion:
         """Returns the state of so many simulations with nothing in it."""
         n, p = len(self.spec.robots), len(self.spec.bodies)
         k, model = len(self.scene.spec.bodies), self.scene.model
         size_q, size_v = model.nq // k, model.nv // k
         robots, bodies, wheels = (count, n), (count, p), (count, p, 2)
-        return engine.Motion(
+        return Motion(
             g=np.zeros((*robots, 3)),
             xi=np.zeros((*robots, 3)),
             g_before=np.zeros((*robots, 3)),
@@ -155,20 +156,15 @@ class MujocoSimulation:
 
     def drive_by(self, u: Array) -> Driven:
         """Drives the robots by inputs known beforehand; see `Simulation.drive_by`."""
-        begin, periods, motion = self._state(), len(u), self.motion
+        begin, motion = self._state(), self.motion
         held = np.ascontiguousarray(u if self.batch else u[:, None], dtype=float)
-        track = engine.Track(
-            np.empty((periods, *motion.g.shape)),
-            np.empty((periods, *motion.xi.shape)),
-            np.empty((periods, *motion.telemetry.shape)),
-            np.zeros(len(motion.g), dtype=np.int64),
-        )
+        track = make_track(len(u), motion.g, motion.telemetry, self.measured)
         self._share(engine.drive_simulations, held, track)
-        self._periods += int(track.written.min(initial=periods))
+        self._periods += int(track.written.min(initial=len(u)))
         failure = self.failure(self._periods + 1)
         if failure is not None:
             raise failure
-        return joined(begin.t, self.dt, begin, track, self.batch)
+        return driven(begin, self.dt, track, self.batch)
 
     def _share(self, work: Callable[..., None], *rest: Any) -> None:
         """Does compiled work on the simulations, a share of them in every thread."""
@@ -191,17 +187,8 @@ class MujocoSimulation:
             periods: control periods since the reset, those stepped by `step` by default.
             simulation: which one; the first that cannot go on by default.
         """
-        faulty = np.flatnonzero((self.motion.fault[:, 0] != engine.FINE) & ~self.motion.lost)
-        if not len(faulty):
-            return None
-        b = int(faulty[0]) if simulation is None else simulation
-        code, robot, detail = (int(value) for value in self.motion.fault[b])
         done = self._periods if periods is None else periods
-        time = self.start_time + (done - (code == engine.COMMAND)) * self.dt
-        if code == engine.WARNED:
-            what = mujoco.mjtWarning(detail).name.removeprefix("mjWARN_").lower()
-            return SimulationDiverged(f"MuJoCo warned of {what}", self.names[0], time, b)
-        return SimulationDiverged(_REASONS.get(code, "tipped over"), self.names[robot], time, b)
+        return failure_in(self.motion, self.names, self.start_time, self.dt, done, simulation)
 
     @property
     def lost(self) -> Array:
@@ -251,14 +238,14 @@ def stepped_scene(spec: SceneSpec) -> Scene:
     return make_scene(spec if spec.robot_contact else unit_spec(spec))
 
 
-def make_wheels(scene: Scene, spec: SceneSpec, dt: float) -> engine.Wheels:
-    """Returns what does not change while the robots of a scene drive; see `nhtrack.simulation.engine.Wheels`."""
+def make_wheels(scene: Scene, spec: SceneSpec, dt: float) -> Wheels:
+    """Returns what does not change while the robots of a scene drive; see `nhtrack.simulation.Wheels`."""
     drive, plant, step, at = scene.drive, scene.plant, spec.timestep, scene.addresses
     row = FrictionRow.of(scene.model, int(at.tyres[0, 0]))
     given_up = row.step * row.damping
     known = spec.ground if spec.compensation == "actual" else Ground()
     motor = drive.motor
-    return engine.Wheels(
+    return Wheels(
         dt=dt,
         h=step,
         substeps=round(dt / step),
@@ -301,9 +288,9 @@ def _stepped(model: mujoco.MjModel, spec: SceneSpec) -> mujoco.MjModel:
     return own
 
 
-def _place(model: mujoco.MjModel, data: mujoco.MjData) -> engine.Place:
+def _place(model: mujoco.MjModel, data: mujoco.MjData) -> Place:
     address = memory.address_of
-    return engine.Place(
+    return Place(
         step=memory.step_address(),
         model=model._address,
         data=data._address,

@@ -8,7 +8,6 @@ from typing import NamedTuple, Protocol
 import numpy as np
 
 from nhtrack.arrays import Array
-from nhtrack.simulation import columns, engine
 
 
 class State(NamedTuple):
@@ -86,19 +85,3 @@ def require_rolling(state: State) -> None:
         raise ValueError(f"state: expected g and xi of shape (..., n, 3), got {state.g.shape} and {state.xi.shape}")
     if np.any(state.xi[..., 1] != 0):
         raise ValueError("state: v_y must be zero, the robots stand on wheels")
-
-
-def joined(start: float, dt: float, begin: State, track: engine.Track, shape: tuple[int, ...]) -> Driven:
-    """Returns what a track holds, with the state that it began with.
-
-    Args:
-        start: time of that state [s].
-        dt: control period [s].
-        begin: the state.
-        track: what was driven.
-        shape: of the batch.
-    """
-    g, xi, rows = (values.reshape(len(values), *shape, *values.shape[2:]) for values in track[:3])
-    time = start + np.arange(len(g) + 1) * dt
-    held = columns.named(rows) if len(rows) else {}
-    return Driven(time, np.concatenate([begin.g[None], g]), np.concatenate([begin.xi[None], xi]), held)

@@ -1,0 +1,44 @@
+"""Forces of the floor on the tyres, read from MuJoCo's list of contacts: sensors of them cost O(n^2)."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from nhtrack.compiled import compiled_inside, float64_at, int32_at, int64_at
+from nhtrack.simulation.motion import Motion, Place, Wheels, fill
+from nhtrack.simulation.plant import length, utilisation
+
+
+@compiled_inside
+def read_forces(wheels: Wheels, place: Place, force: np.ndarray, first: int) -> None:
+    """Reads the forces of the floor on the tyres of a unit from the list of contacts, in the world frame."""
+    ncon, contact, efc_force, _, _, _, size, frame, geom, efc_address = wheels.layout
+    for i in range(wheels.tyres.shape[0]):
+        for wheel in range(2):
+            fill(force[first + i, wheel], 0.0)
+    at = int64_at(place.data + contact)
+    forces = int64_at(place.data + efc_force)
+    for _ in range(int32_at(place.data + ncon)):
+        row = int32_at(at + efc_address)
+        role, other = wheels.roles[int32_at(at + geom)], wheels.roles[int32_at(at + geom + 4)]
+        # The normal points from the first geom to the second, which the force pushes along it.
+        if row >= 0 and ((role == -2 and other >= 0) or (other == -2 and role >= 0)):
+            tyre, sign = (other, 1.0) if role == -2 else (role, -1.0)
+            axes, parts = at + frame, forces + 8 * row
+            on_tyre = force[first + tyre // 2, tyre % 2]
+            for axis in range(3):
+                pushed = float64_at(axes + 8 * axis) * float64_at(parts)
+                pushed += float64_at(axes + 24 + 8 * axis) * float64_at(parts + 8)
+                pushed += float64_at(axes + 48 + 8 * axis) * float64_at(parts + 16)
+                on_tyre[axis] += sign * pushed
+        at += size
+
+
+@compiled_inside
+def note_forces(motion: Motion, b: int, robot: int) -> None:
+    """Adds the loads of a step to those of its period, and takes the largest friction utilisation."""
+    for wheel in range(2):
+        force, noted = motion.force[b, robot, wheel], motion.rolled[b, robot, wheel]
+        noted[3] += force[2]
+        limit = motion.friction[b, robot, wheel] * max(force[2], 0.0)
+        noted[4] = max(noted[4], utilisation(length(force[0], force[1]), limit))

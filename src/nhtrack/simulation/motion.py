@@ -1,0 +1,135 @@
+"""What the compiled control period on wheels reads and changes, and why it may stop."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from nhtrack.compiled import compiled_inside
+from nhtrack.simulation.plant import Floor, Plant
+
+
+class Wheels(NamedTuple):
+    """What does not change while robots of one kind drive; p robots in units of k.
+
+    Attributes:
+        dt: control period [s].
+        h: physics step [s].
+        substeps: physics steps in a period.
+        planar: whether the base is held level.
+        corrected: whether tyres get a surface velocity along the axle.
+        before_share: of the lateral velocity before a step, in that surface velocity [1].
+        after_share: of the one wanted after it [1].
+        force_share: of the side force [m/s/N].
+        straddling: share of the old command in the first step of a period, which begins half a step before it [1].
+        lag: of a motor whose wheel slides; see `Motor.saturate` [1].
+        torque_map: from the terms of `DiffDrive.ground_map` to wheel torques, shape (6, 2).
+        side_map: from the same to the side force, shape (6,).
+        torque_gain: from wheel torques to accelerations, shape (2, 2).
+        plant: the robots as they are.
+        floor: what they stand on.
+        known: what the compensation knows of it.
+        radius_factors: radii of the tyres over the nominal radius.
+        wheel_dofs: places of the wheels among a robot's velocities.
+        motors: of a unit's robots among its actuators, shape (k, 2).
+        tyres: of a unit's robots among its geoms, shape (k, 2).
+        roles: of a unit's geoms: 2 i + wheel for tyres, -2 for the floor, -1 for all others.
+        first_body: 1 where the root is virtual, else 0.
+        layout: `nhtrack.simulation.memory.Layout` as integers.
+    """
+
+    dt: float
+    h: float
+    substeps: int
+    planar: bool
+    corrected: bool
+    before_share: float
+    after_share: float
+    force_share: float
+    straddling: float
+    lag: float
+    torque_map: np.ndarray
+    side_map: np.ndarray
+    torque_gain: np.ndarray
+    plant: Plant
+    floor: Floor
+    known: Floor
+    radius_factors: tuple[float, float]
+    wheel_dofs: tuple[int, int]
+    motors: np.ndarray
+    tyres: np.ndarray
+    roles: np.ndarray
+    first_body: int
+    layout: tuple[int, ...]
+
+
+class Place(NamedTuple):
+    """Addresses of what one thread steps: MuJoCo's function, its model and data, and their arrays."""
+
+    step: int
+    model: int
+    data: int
+    qpos: int
+    qvel: int
+    warmstart: int
+    ctrl: int
+    surface: int
+    friction: int
+
+
+class Motion(NamedTuple):
+    """State of b simulations of n robots, p of them with wheels.
+
+    Attributes:
+        g: poses, shape (b, n, 3).
+        xi: body twists, shape (b, n, 3).
+        g_before: poses a period ago.
+        xi_before: twists a period ago.
+        u: accelerations commanded last, shape (b, n, 2).
+        u_before: those commanded before, shape (b, n, 2).
+        qpos: MuJoCo's coordinates, shape (b, p, coordinates of a robot).
+        qvel: its velocities, half a step earlier.
+        warmstart: its accelerations of the last step.
+        velocity: (v_x, v_y, omega) half a step before the positions' time, shape (b, p, 3).
+        velocity_before: the same a step earlier.
+        friction: coefficients under the tyres, shape (b, p, 2).
+        force: of the floor on the tyres in the last step, world frame [N], shape (b, p, 2, 3).
+        rolled: sums and extremes of a period, shape (b, p, 2, 5): torque given, largest torque asked for, steps in
+            which the motor gave another one, load, largest friction utilisation.
+        telemetry: see `nhtrack.simulation.columns`, shape (b, n, 18).
+        fault: why a simulation stopped, which robot, which warning; shape (b, 3).
+        lost: whether it has, shape (b,).
+    """
+
+    g: np.ndarray
+    xi: np.ndarray
+    g_before: np.ndarray
+    xi_before: np.ndarray
+    u: np.ndarray
+    u_before: np.ndarray
+    qpos: np.ndarray
+    qvel: np.ndarray
+    warmstart: np.ndarray
+    velocity: np.ndarray
+    velocity_before: np.ndarray
+    friction: np.ndarray
+    force: np.ndarray
+    rolled: np.ndarray
+    telemetry: np.ndarray
+    fault: np.ndarray
+    lost: np.ndarray
+
+
+@compiled_inside
+def copy(target: np.ndarray, source: np.ndarray) -> None:
+    """Copies numbers one by one: an assignment of whole rows takes the compiler seconds."""
+    for i in range(target.shape[0]):
+        target[i] = source[i]
+
+
+@compiled_inside
+def fill(target: np.ndarray, value: float) -> None:
+    """Sets all of a row to a number."""
+    for i in range(target.shape[0]):
+        target[i] = value
