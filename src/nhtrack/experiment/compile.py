@@ -10,7 +10,8 @@ from collections.abc import Callable
 import numpy as np
 
 from nhtrack.compiled import cache_folder, is_complete, mark_complete
-from nhtrack.experiment.loop import rollout
+from nhtrack.experiment.loop import rollout, run
+from nhtrack.experiment.run_statistics import ArrivalCriteria, RunStatistics
 from nhtrack.laws import Law, LawKind, laws
 from nhtrack.laws.evaluate import first_memories
 from nhtrack.network import Network
@@ -62,7 +63,9 @@ def _run(simulation: IdealSimulation | MujocoSimulation, kind: LawKind) -> None:
     """Runs two robots for two periods in every way that compiled code is called."""
     network = Network.from_parents({"leader": (), "follower": ("leader",)})
     start = State(0.0, np.array([[0.0, 0.0, 0.0], [-0.5, 0.2, 0.0]]), np.zeros((2, 3)))
-    rollout(simulation, _plain(kind), network, np.zeros((2, 2)), start)
+    law, inputs = _plain(kind), np.zeros((2, 2))
+    rollout(simulation, law, network, inputs, start)
+    run(simulation, law, network, inputs, start, RunStatistics(ArrivalCriteria(1.0, 0.0, 0.0, 0.0), ()))
     simulation.step(np.zeros((2, 2)))
     simulation.drive_by(np.zeros((1, 2, 2)))
 

@@ -10,7 +10,8 @@ import numpy as np
 from nhtrack.errors import SimulationDiverged
 from nhtrack.experiment.followers import Followers, Memories, begin_followers, make_scratch
 from nhtrack.laws.address import call_law
-from nhtrack.laws.law import Law, LawError
+from nhtrack.laws.law import Law
+from nhtrack.laws.own_file import LawError
 from nhtrack.simulation.faults import COMMAND, FINE
 from nhtrack.simulation.faults import LAW as LAW_RAISED
 

@@ -27,8 +27,8 @@ from nhtrack.simulation.ideal import IdealSimulation
 from nhtrack.simulation.mujoco import MujocoSimulation, stepped_scene
 from nhtrack.simulation.scene import reduced_models
 from nhtrack.study.campaign.cell import Cell
+from nhtrack.study.campaign.figures import figures_of, statistics_of
 from nhtrack.study.campaign.tables import cells_of, rows_of, save_cells, save_runs, worst_first
-from nhtrack.study.campaign.tally import Tally, Watch
 from nhtrack.study.feasibility import fitting_time
 from nhtrack.study.run import save_json, versions
 from nhtrack.study.tune import tune
@@ -142,19 +142,11 @@ def measure(cell: Cell, starts: slice) -> pd.DataFrame:
     """Returns the rows of some consecutive starts of a cell, run side by side."""
     experiment, campaign = cell.experiment(starts), cell.campaign
     simulation = _simulation(experiment, campaign.backend)
-    tally = Tally(
-        Watch(
-            campaign.arrival,
-            campaign.duration,
-            len(experiment.inputs),
-            experiment.similarity,
-            experiment.law.kind.modes,
-        )
-    )
-    failure = experiment.record(simulation, tally)
+    statistics = statistics_of(campaign, experiment)
+    failure = experiment.record(simulation, statistics)
     if failure is not None:  # of the law itself; a robot that is lost is a figure
         raise failure
-    return rows_of(cell, starts.start, tally.figures(simulation.lost))
+    return rows_of(cell, starts.start, figures_of(statistics, campaign, experiment, simulation.lost))
 
 
 def _simulation(experiment: Experiment, backend: str) -> IdealSimulation | MujocoSimulation:

@@ -45,7 +45,7 @@ def rows_of(cell: Cell, first: int, figures: Mapping[str, Any]) -> pd.DataFrame:
     Args:
         cell: law and family.
         first: index of the first start.
-        figures: of the runs, see `nhtrack.study.campaign.tally.Tally.figures`.
+        figures: of the runs, see `nhtrack.study.campaign.figures.figures_of`.
     """
     count = len(figures["converged"])
     chosen = slice(first, first + count)

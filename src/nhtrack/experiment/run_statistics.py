@@ -1,0 +1,129 @@
+"""Figures of many runs at once, taken while they run, so that no row has to be kept."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from nhtrack.compiled import compiled_inside, compiled_loop
+from nhtrack.experiment.recorder import Shape, Streaming
+from nhtrack.experiment.rows import BARE, COLUMNS, Rows
+from nhtrack.simulation import columns
+
+FOLLOWER = 1  # its place behind the leader
+_ERROR, _INPUT = COLUMNS["error"].start, COLUMNS["input"].start
+_SPEED, _SATURATION, _UTILISATION = (
+    BARE + columns.COLUMNS[name].start for name in ("wheel_speed", "torque_saturation", "friction_utilisation")
+)
+
+
+class ArrivalCriteria(NamedTuple):
+    """When a follower has arrived.
+
+    Attributes:
+        length: of the unit of positions [m].
+        position: largest distance to what it tracks, in that unit.
+        heading: largest heading error [rad].
+        late: control period from which on errors are late errors.
+    """
+
+    length: float
+    position: float
+    heading: float
+    late: float
+
+
+class Statistics(NamedTuple):
+    """Figures of b runs.
+
+    Attributes:
+        position: largest late distance, in the criteria's unit, shape (b,).
+        heading: largest late heading error [rad], shape (b,).
+        settled: control period from which on the follower has arrived, shape (b,).
+        utilisation: largest friction utilisation, shape (b,).
+        saturated: sum over periods of the share in which a motor was at its limit, shape (b,).
+        effort: sum of squared accelerations, shape (b, 2).
+        switches: changes of the law's modes, shape (b,).
+        modes: they in the last row, shape (b, modes).
+    """
+
+    position: np.ndarray
+    heading: np.ndarray
+    settled: np.ndarray
+    utilisation: np.ndarray
+    saturated: np.ndarray
+    effort: np.ndarray
+    switches: np.ndarray
+    modes: np.ndarray
+
+
+class RunStatistics(Streaming):
+    """Takes the figures of b runs of a leader and a follower; a recorder that keeps no row.
+
+    A run that is lost counts up to the row before it was: what is lost has no telemetry.
+
+    Args:
+        criteria: when a follower has arrived.
+        modes: places in the law's memory whose changes are counted.
+    """
+
+    def __init__(self, criteria: ArrivalCriteria, modes: tuple[int, ...]) -> None:
+        self._criteria, self._modes = criteria, np.array(modes, dtype=np.int64)
+
+    def begin(self, shape: Shape) -> None:
+        """Sets all figures to those of no run."""
+        super().begin(shape)
+        b = shape.simulations
+        whole = np.zeros(b, dtype=np.int64)
+        self.figures = Statistics(
+            np.zeros(b), np.zeros(b), whole, np.zeros(b), np.zeros(b), np.zeros((b, 2)), whole.copy(),
+            np.zeros((b, len(self._modes))),
+        )  # fmt: skip
+
+    def take(self, first: int, rows: Rows) -> None:
+        """Takes a block of rows."""
+        _take(self.figures, self._criteria, self._modes, first, rows.table, rows.memory)
+
+
+@compiled_loop
+def _take(
+    figures: Statistics, criteria: ArrivalCriteria, modes: np.ndarray, first: int, table: np.ndarray,
+    memory: np.ndarray,
+) -> None:  # fmt: skip
+    """Adds rows from `first` on to the figures, row by row: the last digits do not depend on how many come at once."""
+    for b in range(table.shape[0]):
+        for k in range(table.shape[1]):
+            row = table[b, k, FOLLOWER]
+            _take_error(figures, criteria, b, first + k, row)
+            if math.isnan(row[_SPEED]):
+                continue
+            if first + k > 0:  # telemetry is of the period before, and before the first is none
+                used = max(row[_UTILISATION], row[_UTILISATION + 1])
+                if used > figures.utilisation[b]:
+                    figures.utilisation[b] = used
+                figures.saturated[b] += max(row[_SATURATION], row[_SATURATION + 1])
+            for c in range(2):
+                u = row[_INPUT + c]
+                if not math.isnan(u):  # nothing is commanded at the end
+                    figures.effort[b, c] += u * u
+            for m in range(modes.shape[0]):
+                mode = memory[b, k, FOLLOWER, modes[m]]
+                if first + k > 0 and mode != figures.modes[b, m]:
+                    figures.switches[b] += 1
+                figures.modes[b, m] = mode
+
+
+@compiled_inside
+def _take_error(figures: Statistics, criteria: ArrivalCriteria, b: int, period: int, row: np.ndarray) -> None:
+    """Adds a follower's error."""
+    distance = math.hypot(row[_ERROR], row[_ERROR + 1]) / criteria.length
+    heading = abs(row[_ERROR + 2])
+    if period >= criteria.late:
+        if distance > figures.position[b]:
+            figures.position[b] = distance
+        if heading > figures.heading[b]:
+            figures.heading[b] = heading
+    if distance > criteria.position or heading > criteria.heading:
+        figures.settled[b] = period + 1
