@@ -31,7 +31,7 @@ STEP, PERIOD = 0.002, 0.02  # [s]
 class Nothing(Streaming):
     """A recorder that looks away."""
 
-    def take(self, first: int, rows: Rows) -> None:
+    def take(self, first: int, count: int, rows: Rows) -> None:
         pass
 
 

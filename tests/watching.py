@@ -26,8 +26,8 @@ class Memories(Streaming):
         super().begin(shape)
         self._kept: list[np.ndarray] = []
 
-    def take(self, first: int, rows: Rows) -> None:
-        self._kept.append(rows.memory.swapaxes(0, 1).copy())
+    def take(self, first: int, count: int, rows: Rows) -> None:
+        self._kept.append(rows.memory[:, :count].swapaxes(0, 1).copy())
 
     @property
     def rows(self) -> np.ndarray:

@@ -445,9 +445,9 @@ class Chase(Streaming):
         self.similarity, self.modes = similarity, None
         self.late, self.switches, self.most, self.utilisation = 0.0, 0, np.zeros(4), 0.0
 
-    def take(self, first: int, rows: Rows) -> None:
-        seen = named(rows.table[:, :, 1].swapaxes(0, 1))
-        modes = rows.memory[:, :, 1, :3].swapaxes(0, 1)
+    def take(self, first: int, count: int, rows: Rows) -> None:
+        seen = named(rows.table[:, :count, 1].swapaxes(0, 1))
+        modes = rows.memory[:, :count, 1, :3].swapaxes(0, 1)
         before = modes[:1] if self.modes is None else self.modes
         self.switches = self.switches + (np.diff(modes, axis=0, prepend=before) != 0).sum(axis=0)
         self.modes = modes[-1:].copy()

@@ -5,7 +5,10 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
 
 import numpy as np
 
@@ -30,18 +33,12 @@ def compile_all(report: Callable[[int, int], None] | None = None) -> None:
     Args:
         report: called with the parts done and their number.
     """
-    kinds = tuple(kind for kind in laws().values() if kind.built_in)
-    steps: list[Callable[[], None]] = [
-        lambda: _run(IdealSimulation(_NAMES, None, _DT), kinds[0]),
-        lambda: _run(_on_wheels(), kinds[0]),
-        *(lambda kind=kind: _call(kind) for kind in kinds),
-    ]
-    for done, step in enumerate(steps):
+    for done, part in enumerate(_PARTS):
         if report is not None:
-            report(done, len(steps))
-        step()
+            report(done, len(_PARTS))
+        part()
     if report is not None:
-        report(len(steps), len(steps))
+        report(len(_PARTS), len(_PARTS))
     mark_complete()
 
 
@@ -54,16 +51,31 @@ def compile_once(stage: Callable[[str], Callable[[int, int], None]] | None) -> N
         compile_all(None if stage is None else stage("compiling, once"))
 
 
-def _on_wheels() -> MujocoSimulation:
-    scene = make_scene(SceneSpec(_NAMES, timestep=0.002))
-    return MujocoSimulation(scene, _DT)
+def _ideal() -> None:
+    _run(IdealSimulation(_NAMES, None, _DT))
 
 
-def _run(simulation: IdealSimulation | MujocoSimulation, kind: LawKind) -> None:
+def _wheels() -> None:
+    _run(MujocoSimulation(make_scene(SceneSpec(_NAMES, timestep=0.002)), _DT))
+
+
+def _laws() -> None:
+    for kind in _own_laws():
+        first_memories(_plain(kind), np.zeros((1, 6)), np.zeros((1, 9)))
+
+
+_PARTS: tuple[Callable[[], None], ...] = (_wheels, _ideal, _laws)
+
+
+def _own_laws() -> tuple[LawKind, ...]:
+    return tuple(kind for kind in laws().values() if kind.built_in)
+
+
+def _run(simulation: IdealSimulation | MujocoSimulation) -> None:
     """Runs two robots for two periods in every way that compiled code is called."""
     network = Network.from_parents({"leader": (), "follower": ("leader",)})
     start = State(0.0, np.array([[0.0, 0.0, 0.0], [-0.5, 0.2, 0.0]]), np.zeros((2, 3)))
-    law, inputs = _plain(kind), np.zeros((2, 2))
+    law, inputs = _plain(_own_laws()[0]), np.zeros((2, 2))
     rollout(simulation, law, network, inputs, start)
     run(simulation, law, network, inputs, start, RunStatistics(ArrivalCriteria(1.0, 0.0, 0.0, 0.0), ()))
     simulation.step(np.zeros((2, 2)))
@@ -76,8 +88,8 @@ def _plain(kind: LawKind) -> Law:
     return kind(**gains)
 
 
-def _call(kind: LawKind) -> None:
-    first_memories(_plain(kind), np.zeros((1, 6)), np.zeros((1, 9)))
+def _do(part: int) -> None:
+    _PARTS[part]()
 
 
 def _main() -> None:
@@ -85,7 +97,9 @@ def _main() -> None:
     if is_complete() and where is not None:
         return
     print("compiling laws and the control period, once" + ("" if where else " (no folder to keep it in)"), flush=True)
-    compile_all()
+    with ProcessPoolExecutor(min(len(_PARTS), os.cpu_count() or 1), get_context("spawn")) as pool:
+        list(pool.map(_do, range(len(_PARTS))))
+    mark_complete()
 
 
 if __name__ == "__main__":

@@ -160,9 +160,8 @@ class Streaming:
 
     def add(self, first: int, count: int) -> None:
         """Looks at the rows."""
-        table, memory, qpos, _ = self._rows
-        self.take(first, Rows(table[:, :count], memory[:, :count], qpos, 0))
+        self.take(first, count, self._rows)
 
-    def take(self, first: int, rows: Rows) -> None:
-        """Looks at rows from `first` on; they are gone afterwards."""
+    def take(self, first: int, count: int, rows: Rows) -> None:
+        """Looks at so many rows from `first` on, the first ones of a block; they are gone afterwards."""
         raise NotImplementedError

@@ -82,20 +82,19 @@ class RunStatistics(Streaming):
             np.zeros((b, len(self._modes))),
         )  # fmt: skip
 
-    def take(self, first: int, rows: Rows) -> None:
-        """Takes a block of rows."""
-        _take(self.figures, self._criteria, self._modes, first, rows.table, rows.memory)
+    def take(self, first: int, count: int, rows: Rows) -> None:
+        """Adds rows to the figures."""
+        _take(self.figures, self._criteria, self._modes, first, count, rows)
 
 
 @compiled_loop
 def _take(
-    figures: Statistics, criteria: ArrivalCriteria, modes: np.ndarray, first: int, table: np.ndarray,
-    memory: np.ndarray,
-) -> None:  # fmt: skip
+    figures: Statistics, criteria: ArrivalCriteria, modes: np.ndarray, first: int, count: int, rows: Rows
+) -> None:
     """Adds rows from `first` on to the figures, row by row: the last digits do not depend on how many come at once."""
-    for b in range(table.shape[0]):
-        for k in range(table.shape[1]):
-            row = table[b, k, FOLLOWER]
+    for b in range(rows.table.shape[0]):
+        for k in range(count):
+            row = rows.table[b, k, FOLLOWER]
             _take_error(figures, criteria, b, first + k, row)
             if math.isnan(row[_SPEED]):
                 continue
@@ -109,7 +108,7 @@ def _take(
                 if not math.isnan(u):  # nothing is commanded at the end
                     figures.effort[b, c] += u * u
             for m in range(modes.shape[0]):
-                mode = memory[b, k, FOLLOWER, modes[m]]
+                mode = rows.memory[b, k, FOLLOWER, modes[m]]
                 if first + k > 0 and mode != figures.modes[b, m]:
                     figures.switches[b] += 1
                 figures.modes[b, m] = mode

@@ -300,16 +300,6 @@ def roll_units(wheels: Wheels, place: Place, motion: Motion, b: int, first: int,
 
 
 @compiled_loop
-def step_simulations(
-    wheels: Wheels, place: Place, motion: Motion, first: int, last: int, u: np.ndarray, keep_going: bool
-) -> None:
-    """Drives the simulations [first, last) through a control period; u of shape (b, n, 2)."""
-    for b in range(first, last):
-        if not motion.lost[b] and not step_simulation(wheels, place, motion, b, u[b]) and keep_going:
-            lose(motion, b)
-
-
-@compiled_loop
 def measure_all(wheels: Wheels, motion: Motion) -> None:
     """Writes the telemetry of all simulations before their first step."""
     for b in range(motion.g.shape[0]):
@@ -318,11 +308,13 @@ def measure_all(wheels: Wheels, motion: Motion) -> None:
 
 @compiled_loop
 def drive_simulations(
-    wheels: Wheels, place: Place, motion: Motion, first: int, last: int, u: np.ndarray, track: Track
+    wheels: Wheels, place: Place, motion: Motion, first: int, last: int, u: np.ndarray, track: Track, keep_going: bool
 ) -> None:
     """Drives the simulations [first, last) by inputs known beforehand, shape (k, b, n, 2), until one goes wrong."""
     for b in range(first, last):
         for k in range(u.shape[0]):
-            if not step_simulation(wheels, place, motion, b, u[k, b]):
-                break
-            write_track(track, k, b, motion.g[b], motion.xi[b], motion.telemetry[b])
+            if not motion.lost[b] and not step_simulation(wheels, place, motion, b, u[k, b]):
+                if not keep_going:
+                    break
+                lose(motion, b)
+            write_track(track, k, b, motion)

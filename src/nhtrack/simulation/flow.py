@@ -129,13 +129,6 @@ def measure_flow(integrator: Integrator, flow: Flow, b: int) -> None:
 
 
 @compiled_loop
-def step_flows(integrator: Integrator, flow: Flow, u: np.ndarray) -> None:
-    """Advances all simulations by the exact flow; u of shape (b, n, 2)."""
-    for b in range(flow.g.shape[0]):
-        step_flow(integrator, flow, b, u[b])
-
-
-@compiled_loop
 def measure_flows(integrator: Integrator, flow: Flow) -> None:
     """Writes the telemetry of all simulations."""
     for b in range(flow.g.shape[0]):
@@ -149,4 +142,4 @@ def drive_flows(integrator: Integrator, flow: Flow, u: np.ndarray, track: Track)
         for k in range(u.shape[0]):
             if not step_flow(integrator, flow, b, u[k, b]):
                 break
-            write_track(track, k, b, flow.g[b], flow.xi[b], flow.telemetry[b])
+            write_track(track, k, b, flow)

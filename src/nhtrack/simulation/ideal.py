@@ -16,7 +16,7 @@ from nhtrack.simulation.faults import failure_in
 from nhtrack.simulation.integrator import advance_all
 from nhtrack.simulation.plant import floor_of, plant_of
 from nhtrack.simulation.state import Driven, State, require_rolling
-from nhtrack.simulation.track import driven, make_track
+from nhtrack.simulation.track import Track, driven, make_track
 
 # Stands for wheels that nobody asks about.
 _NO_WHEELS = DiffDrive(1.0, 1.0, 1.0, 1.0, 0.0, (0.0, 0.0, 1.0), ((-1.0, 0.0),), Motor(1.0, 1.0, 1.0))
@@ -96,7 +96,7 @@ class IdealSimulation:
 
     def step(self, u: Array) -> State:
         """Advances one period by the exact flow; see `Simulation.step`."""
-        flow.step_flows(self.integrator, self.motion, np.array(u, dtype=float).reshape(self.motion.u.shape))
+        self._drive(np.array(u, dtype=float)[None], make_track(0, self.motion, telemetry=False))
         self._periods += 1
         failure = self.failure()
         if failure is not None:
@@ -105,15 +105,17 @@ class IdealSimulation:
 
     def drive_by(self, u: Array) -> Driven:
         """Drives the robots by inputs known beforehand; see `Simulation.drive_by`."""
-        begin, motion = self._state(), self.motion
-        held = np.array(u, dtype=float).reshape(len(u), *motion.u.shape)
-        track = make_track(len(u), motion.g, motion.telemetry, self.measured)
-        flow.drive_flows(self.integrator, motion, held, track)
+        begin = self._state()
+        track = make_track(len(u), self.motion, telemetry=self.measured)
+        self._drive(np.array(u, dtype=float), track)
         self._periods += int(track.written.min(initial=len(u)))
         failure = self.failure(self._periods + 1)
         if failure is not None:
             raise failure
         return driven(begin, self.dt, track, self._shape)
+
+    def _drive(self, u: Array, track: Track) -> None:
+        flow.drive_flows(self.integrator, self.motion, u.reshape(len(u), *self.motion.u.shape), track)
 
     def failure(self, periods: int | None = None, simulation: int | None = None) -> SimulationDiverged | None:
         """Returns why a simulation cannot go on, or None; see `MujocoSimulation.failure`."""

@@ -15,10 +15,9 @@ period. The period itself is compiled: `nhtrack.simulation.engine`.
 from __future__ import annotations
 
 import copy
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
 from itertools import pairwise
-from typing import Any
 
 import mujoco
 import numpy as np
@@ -33,7 +32,7 @@ from nhtrack.simulation.motion import Motion, Place, Wheels
 from nhtrack.simulation.plant import floor_of, plant_of
 from nhtrack.simulation.scene import Scene, SceneSpec, make_scene, unit_spec
 from nhtrack.simulation.state import Driven, State, require_rolling
-from nhtrack.simulation.track import driven, make_track
+from nhtrack.simulation.track import Track, driven, make_track
 
 
 class MujocoSimulation:
@@ -147,7 +146,7 @@ class MujocoSimulation:
 
     def step(self, u: Array) -> State:
         """Drives the robots through one control period; see `Simulation.step`."""
-        self._share(engine.step_simulations, self._batched(u), self.keep_going)
+        self._drive(np.asarray(u)[None], make_track(0, self.motion, telemetry=False))
         self._periods += 1
         failure = self.failure()
         if failure is not None:
@@ -156,29 +155,27 @@ class MujocoSimulation:
 
     def drive_by(self, u: Array) -> Driven:
         """Drives the robots by inputs known beforehand; see `Simulation.drive_by`."""
-        begin, motion = self._state(), self.motion
-        held = np.ascontiguousarray(u if self.batch else u[:, None], dtype=float)
-        track = make_track(len(u), motion.g, motion.telemetry, self.measured)
-        self._share(engine.drive_simulations, held, track)
+        begin, track = self._state(), make_track(len(u), self.motion, telemetry=True)
+        self._drive(u, track)
         self._periods += int(track.written.min(initial=len(u)))
         failure = self.failure(self._periods + 1)
         if failure is not None:
             raise failure
         return driven(begin, self.dt, track, self.batch)
 
-    def _share(self, work: Callable[..., None], *rest: Any) -> None:
-        """Does compiled work on the simulations, a share of them in every thread."""
-        count = len(self.motion.g)
-        shares = np.linspace(0, count, min(self._threads, count) + 1).astype(int)
+    def _drive(self, u: Array, track: Track) -> None:
+        """Drives the simulations by inputs, shape (k, ..., n, 2), a share of them in every thread."""
+        held = np.ascontiguousarray(u, dtype=float).reshape(len(u), *self.motion.u.shape)
+        shares = np.linspace(0, len(self.motion.g), min(self._threads, len(self.motion.g)) + 1).astype(int)
         tasks = [
-            (self.wheels, place, self.motion, int(first), int(last), *rest)
+            (self.wheels, place, self.motion, int(first), int(last), held, track, self.keep_going)
             for place, (first, last) in zip(self.places, pairwise(shares), strict=False)
         ]
         if len(tasks) == 1:
-            work(*tasks[0])
+            engine.drive_simulations(*tasks[0])
         else:
             with ThreadPoolExecutor(len(tasks)) as pool:
-                list(pool.map(lambda task: work(*task), tasks))
+                list(pool.map(lambda task: engine.drive_simulations(*task), tasks))
 
     def failure(self, periods: int | None = None, simulation: int | None = None) -> SimulationDiverged | None:
         """Returns why a simulation cannot go on, or None; one that may be lost is no failure.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -16,9 +16,9 @@ class Track(NamedTuple):
     """Where simulations write what open-loop inputs make of them, for k periods.
 
     Attributes:
-        g: poses at the end of each period, shape (k, b, n, 3).
+        g: poses at the end of each period, shape (k, b, n, 3), or no periods.
         xi: twists, likewise.
-        telemetry: shape (k, b, n, 18), or no periods where nobody asks.
+        telemetry: shape (k, b, n, 18), or no periods.
         written: periods finished, shape (b,).
     """
 
@@ -28,24 +28,25 @@ class Track(NamedTuple):
     written: np.ndarray
 
 
-def make_track(periods: int, g: np.ndarray, telemetry: np.ndarray, measured: bool) -> Track:
-    """Returns room for so many periods of simulations with poses `g` and a row `telemetry` for each robot."""
+def make_track(periods: int, motion: Any, *, telemetry: bool) -> Track:
+    """Returns room for so many periods of simulations, with or without telemetry; none where nobody asks for any."""
     return Track(
-        np.empty((periods, *g.shape)),
-        np.empty((periods, *g.shape)),
-        np.empty((periods if measured else 0, *telemetry.shape)),
-        np.zeros(len(g), dtype=np.int64),
+        np.empty((periods, *motion.g.shape)),
+        np.empty((periods, *motion.xi.shape)),
+        np.empty((periods if telemetry else 0, *motion.telemetry.shape)),
+        np.zeros(len(motion.g), dtype=np.int64),
     )
 
 
 @compiled_inside
-def write_track(track: Track, k: int, b: int, g: np.ndarray, xi: np.ndarray, telemetry: np.ndarray) -> None:
-    """Writes a period of a simulation."""
-    for i in range(g.shape[0]):
-        copy(track.g[k, b, i], g[i])
-        copy(track.xi[k, b, i], xi[i])
+def write_track(track: Track, k: int, b: int, motion: Any) -> None:
+    """Writes a period of a simulation, and counts it."""
+    for i in range(motion.g.shape[1]):
+        if track.g.shape[0] > 0:
+            copy(track.g[k, b, i], motion.g[b, i])
+            copy(track.xi[k, b, i], motion.xi[b, i])
         if track.telemetry.shape[0] > 0:
-            copy(track.telemetry[k, b, i], telemetry[i])
+            copy(track.telemetry[k, b, i], motion.telemetry[b, i])
     track.written[b] = k + 1
 
 
