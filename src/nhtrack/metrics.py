@@ -12,6 +12,7 @@ from nhtrack.recording import Recording
 
 LATE = 0.15  # share of the run, at its end, that counts as late
 SETTLED = 0.05  # share of the largest error within which a follower counts as settled
+_FEW = 100  # robots, up to which all pairs are looked at
 
 
 class Separation(NamedTuple):
@@ -70,13 +71,32 @@ def smallest_separation(recording: Recording) -> Separation | None:
     robots = recording.robots
     if len(robots) < 2:
         return None
+    find = _nearest_of_few if len(robots) <= _FEW else _nearest_of_many
+    distance, row, first, second = find(positions)
+    return Separation(distance, (robots[first], robots[second]), float(recording.time[row]))
+
+
+def _nearest_of_few(positions: np.ndarray) -> tuple[float, int, int, int]:
+    """Returns the least distance between two robots, its row, and which they are; positions of shape (t, n, 2)."""
     found = []  # of every robot and those after it
-    for first in range(len(robots) - 1):
+    for first in range(positions.shape[1] - 1):
         apart = np.sqrt(((positions[:, first + 1 :] - positions[:, first : first + 1]) ** 2).sum(axis=-1))
         row, after = map(int, np.unravel_index(apart.argmin(), apart.shape))
         found.append((float(apart[row, after]), row, first, first + 1 + after))
-    distance, row, first, second = min(found)
-    return Separation(distance, (robots[first], robots[second]), float(recording.time[row]))
+    return min(found)
+
+
+def _nearest_of_many(positions: np.ndarray) -> tuple[float, int, int, int]:
+    """Returns what `_nearest_of_few` does, in O(t n log n)."""
+    from scipy.spatial import KDTree  # only here: it takes longer to import than few robots to compare
+
+    nearest: tuple[float, int, int, int] = (np.inf, 0, 0, 1)
+    for row, places in enumerate(positions):
+        apart, who = KDTree(places).query(places, k=2)
+        one = int(apart[:, 1].argmin())
+        first, second = sorted((one, int(who[one][who[one] != one][0])))
+        nearest = min(nearest, (float(apart[one, 1]), row, first, second))
+    return nearest
 
 
 def summary(recording: Recording) -> dict[str, Any]:

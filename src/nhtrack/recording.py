@@ -130,7 +130,8 @@ class Recording:
     @property
     def followers(self) -> tuple[str, ...]:
         """Names of the robots that have parents."""
-        return tuple(name for name in self.robots if self.parents[name])
+        parents = self.parents
+        return tuple(name for name in self.robots if parents[name])
 
     @property
     def name(self) -> str:

@@ -156,6 +156,16 @@ def test_smallest_separation_names_the_pair_and_the_time() -> None:
     assert smallest_separation(recording(("leader", "a", "b"), pose=g)) == Separation(0.5, ("a", "b"), 3.5)
 
 
+@pytest.mark.parametrize("n", [2, 3, 100, 101, 150])
+def test_smallest_separation_is_found_among_few_and_many(n: int) -> None:
+    g = np.random.default_rng(n).uniform(-9, 9, (21, n, 3))
+    g[11, n - 1, :2] = g[11, 0, :2] + [3e-4, 4e-4]
+    found = smallest_separation(recording(tuple(f"r{i}" for i in range(n)), pose=g))
+    assert found is not None
+    assert found[1:] == (("r0", f"r{n - 1}"), 5.5)
+    assert found.distance == pytest.approx(5e-4, rel=1e-9)
+
+
 def test_a_single_robot_is_separated_from_nobody() -> None:
     run = recording(("leader",))
     assert smallest_separation(run) is None
