@@ -62,7 +62,7 @@ bench: $(DEV)  ## run every script in benchmarks/
 	@for script in $(sort $(wildcard benchmarks/*.py)); do $(BIN)/python "$$script" || exit 1; done
 
 docs: $(DEV)  ## write the generated pages of docs/ anew
-	@$(BIN)/python -m nhtrack.scenario.documentation docs
+	@$(BIN)/python -m nhtrack.config.documentation docs
 	@for script in $(sort $(wildcard docs/generate_*.py)); do $(BIN)/python "$$script" || exit 1; done
 	@$(BIN)/nhtrack paper --out $(VENV)/paper --no-report --force
 	@$(BIN)/nhtrack paper --from $(VENV)/paper --out docs --no-report --force

@@ -14,8 +14,8 @@ import numpy as np
 import pandas as pd
 from pages import fill, table
 
-from nhtrack.plots.campaign import percent
-from nhtrack.scenario.families import FAMILIES, RANDOM
+from nhtrack.config.families import FAMILIES, RANDOM
+from nhtrack.studies.campaign.plots import percent
 
 DOCS = Path(__file__).parent
 PAGE = DOCS / "convergence.md"

@@ -18,11 +18,11 @@ from nhtrack import assets
 from nhtrack.plots.style import INK, panel_title, styled
 from nhtrack.simulation.contact import FrictionRow
 from nhtrack.simulation.mujoco import MujocoSimulation
-from nhtrack.study.fidelity import suite
-from nhtrack.study.fidelity.bench import Bench, Finding
-from nhtrack.study.fidelity.motion import drive_open_loop, open_loop_error, state_of, weave_within
-from nhtrack.study.fidelity.open_loop import SHARE, TIMESTEPS, errors, path_length
-from nhtrack.study.run import versions
+from nhtrack.studies.fidelity import suite
+from nhtrack.studies.fidelity.bench import Bench, Finding
+from nhtrack.studies.fidelity.motion import drive_open_loop, open_loop_error, state_of, weave_within
+from nhtrack.studies.fidelity.open_loop import SHARE, TIMESTEPS, errors, path_length
+from nhtrack.studies.run.run import versions
 
 PAGE = Path(__file__).with_name("fidelity.md")
 FIGURES = Path(__file__).with_name("figures")

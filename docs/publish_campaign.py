@@ -13,7 +13,7 @@ from tempfile import TemporaryDirectory
 import pandas as pd
 from PIL import Image
 
-from nhtrack.plots.campaign import save_campaign_figures
+from nhtrack.studies.campaign.plots import save_campaign_figures
 
 CAMPAIGNS = Path(__file__).parent / "campaigns"
 FIGURES = ("share_map", "settling", "late_errors", "start_map_universal")

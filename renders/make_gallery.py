@@ -14,12 +14,12 @@ import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 
+from nhtrack.config.load import load
 from nhtrack.recording import Recording
-from nhtrack.scenario.laws import load_laws
-from nhtrack.scenario.load import load
-from nhtrack.study.compare import compare
-from nhtrack.study.comparison import room_of
-from nhtrack.study.run import run
+from nhtrack.studies.compare.laws_file import load_laws
+from nhtrack.studies.compare.result import room_of
+from nhtrack.studies.compare.run import compare
+from nhtrack.studies.run.run import run
 from nhtrack.video import render
 from nhtrack.video.together import together
 

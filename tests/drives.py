@@ -1,6 +1,6 @@
 """A reduced model for tests that need wheels in name only: about the size of nh_mini."""
 
-from nhtrack.diffdrive import DiffDrive, Motor
+from nhtrack.robots.diff_drive import DiffDrive, Motor
 
 DRIVE = DiffDrive(
     wheel_radius=0.016,

@@ -7,17 +7,9 @@ import numpy as np
 from nhtrack.simulation.mujoco import MujocoSimulation
 from nhtrack.simulation.scene import SceneSpec, make_scene
 from nhtrack.simulation.state import State
-from nhtrack.study.fidelity.motion import (
-    AT_REST,
-    PoseError,
-    Run,
-    difference,
-    integrate,
-    middles,
-    open_loop_error,
-)
-from nhtrack.study.fidelity.motion import drive_open_loop as drive
-from nhtrack.study.fidelity.motion import state_of as state
+from nhtrack.studies.fidelity.motion import AT_REST, PoseError, Run, difference, integrate, middles, open_loop_error
+from nhtrack.studies.fidelity.motion import drive_open_loop as drive
+from nhtrack.studies.fidelity.motion import state_of as state
 
 __all__ = [
     "AT_REST", "PoseError", "Run", "difference", "drive", "integrate", "make_simulation", "middles", "state", "weaving",

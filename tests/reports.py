@@ -7,14 +7,14 @@ from typing import Any
 
 import numpy as np
 
-from nhtrack.metrics import summary
+from nhtrack.analysis.metrics import summary
+from nhtrack.config.documentation import json_schema
+from nhtrack.config.load import load
 from nhtrack.recording import Recording
 from nhtrack.report import Extras, write
-from nhtrack.scenario.documentation import json_schema
-from nhtrack.scenario.laws import load_laws
-from nhtrack.scenario.load import load
-from nhtrack.study.compare import compare
-from nhtrack.study.comparison import Comparison
+from nhtrack.studies.compare.laws_file import load_laws
+from nhtrack.studies.compare.result import Comparison
+from nhtrack.studies.compare.run import compare
 from nhtrack.video.encode import write_film
 from recordings import HALF_SEPARATION, WHEEL_RADIUS, synthetic_recording
 

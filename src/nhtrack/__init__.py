@@ -12,18 +12,18 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from nhtrack.config.load import load as load
+    from nhtrack.config.schema import Scenario as Scenario
     from nhtrack.recording import Recording as Recording
-    from nhtrack.scenario.load import load as load
-    from nhtrack.scenario.schema import Scenario as Scenario
-    from nhtrack.study.run import run as run
+    from nhtrack.studies.run.run import run as run
 
     __version__: str
 
 _HOMES = {
     "Recording": "nhtrack.recording",
-    "Scenario": "nhtrack.scenario.schema",
-    "load": "nhtrack.scenario.load",
-    "run": "nhtrack.study.run",
+    "Scenario": "nhtrack.config.schema",
+    "load": "nhtrack.config.load",
+    "run": "nhtrack.studies.run.run",
 }
 
 __all__ = ["Recording", "Scenario", "__version__", "load", "run"]

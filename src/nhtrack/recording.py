@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from nhtrack.errors import RecordingError
-from nhtrack.files import atomic_path
+from nhtrack.files.atomic import atomic_path
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 import pytest
 from typer.testing import CliRunner
 
-from nhtrack.cli import app
 from nhtrack.recording import Recording
+from nhtrack.terminal import app
 from opened import Opened, Opener, watch
 from reports import CASE, WILD, whole_recording, write_report
 

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 from campaign_tables import campaign_starts
-from nhtrack.report.pages.campaign import Account, write
-from nhtrack.scenario.load import load_campaign
-from nhtrack.study.campaign.tables import cells_of
+from nhtrack.config.load import load_campaign
+from nhtrack.studies.campaign.report import Account, write
+from nhtrack.studies.campaign.tables import cells_of
 from opened import Opened, Opener
 
 pytestmark = pytest.mark.slow

@@ -14,10 +14,10 @@ from typer.testing import CliRunner, Result
 
 import nhtrack
 from nhtrack import assets
-from nhtrack.cli import app
+from nhtrack.config.load import load
 from nhtrack.errors import RobotError, SimulationDiverged
 from nhtrack.recording import Recording
-from nhtrack.scenario.load import load
+from nhtrack.terminal import app
 
 
 def invoke(*arguments: object) -> Result:
@@ -40,9 +40,9 @@ print(sorted({heavy} & {{name.split(".")[0] for name in sys.modules}}), file=sys
 # What no command needs before it works, and what a run without pictures needs never.
 HEAVY = {"mujoco", "dm_control", "xarray", "scipy", "numpy", "numba", "rich"}
 PICTURES = {"matplotlib", "plotly", "jinja2", "imageio", "PIL", "networkx"}
-HELP = "nhtrack.cli.app(['run', '--help'], standalone_mode=False)"
+HELP = "nhtrack.terminal.app(['run', '--help'], standalone_mode=False)"
 RUN = """
-nhtrack.cli.app(["run", "tour/hello", "--backend", "ideal", "--set", "duration=0.1", "--no-video", "--no-figures",
+nhtrack.terminal.app(["run", "tour/hello", "--backend", "ideal", "--set", "duration=0.1", "--no-video", "--no-figures",
     "--no-report"], standalone_mode=False)
 """
 REPORT = RUN.replace('"--no-report"', '"--force"')
@@ -52,7 +52,7 @@ REPORT = RUN.replace('"--no-report"', '"--force"')
     ("work", "heavy"),
     [
         pytest.param(HELP, HEAVY | PICTURES, id="help"),
-        pytest.param("import nhtrack.study.run", {"xarray", "pandas", *PICTURES}, id="study"),
+        pytest.param("import nhtrack.studies.run.run", {"xarray", "pandas", *PICTURES}, id="study"),
         pytest.param(RUN, PICTURES, id="run", marks=pytest.mark.slow),
         pytest.param(REPORT, {"matplotlib", "imageio", "networkx"}, id="report", marks=pytest.mark.slow),
     ],
@@ -161,7 +161,7 @@ def test_list_names_everything_there_is() -> None:
 
 
 class Runs:
-    """Stands in for `nhtrack.study.run`: remembers what it was asked, and ends as it is told."""
+    """Stands in for `nhtrack.studies.run.run`: remembers what it was asked, and ends as it is told."""
 
     def __init__(self, ending: BaseException) -> None:
         self.ending, self.calls = ending, list[tuple[Any, ...]]()
@@ -183,9 +183,9 @@ class Runs:
 def test_errors_become_exit_codes(
     ending: BaseException, code: int, message: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    study = ModuleType("nhtrack.study.run")
+    study = ModuleType("nhtrack.studies.run.run")
     study.run_scenario = Runs(ending).run_scenario  # type: ignore[attr-defined]
-    monkeypatch.setitem(sys.modules, "nhtrack.study.run", study)
+    monkeypatch.setitem(sys.modules, "nhtrack.studies.run.run", study)
     result = invoke("run", "tour/hello")
     assert result.exit_code == code
     assert result.stderr.strip().startswith(message)
@@ -194,7 +194,7 @@ def test_errors_become_exit_codes(
 
 def test_run_passes_on_what_it_was_asked(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     runs = Runs(RobotError("stop"))
-    monkeypatch.setitem(sys.modules, "nhtrack.study.run", SimpleNamespace(run_scenario=runs.run_scenario))
+    monkeypatch.setitem(sys.modules, "nhtrack.studies.run.run", SimpleNamespace(run_scenario=runs.run_scenario))
     options = ["--no-video", "--no-figures", "--pdf", "--no-report", "--force", "--out", "there", "--seed", "7"]
     invoke("run", "tour/hello", *options, "--backend", "ideal", "--set", "law.kp=3", "--set", "physics.friction=0.5")
     ((scenario, out, asked),) = runs.calls

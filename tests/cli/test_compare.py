@@ -8,10 +8,10 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner, Result
 
-from nhtrack.cli import app
+from nhtrack.config.load import load
 from nhtrack.recording import Recording
-from nhtrack.scenario.load import load
-from nhtrack.study import compare as study
+from nhtrack.studies.compare import run as study
+from nhtrack.terminal import app
 from reports import CASE, WILD
 
 QUIET = ("--no-video", "--no-figures", "--no-report")

@@ -10,9 +10,9 @@ import pytest
 from typer.testing import CliRunner, Result
 
 from nhtrack import assets
-from nhtrack.cli.app import app
+from nhtrack.config.load import load
 from nhtrack.recording import Recording
-from nhtrack.scenario.load import load
+from nhtrack.terminal.app import app
 
 CAMPAIGN = """\
 name: mine

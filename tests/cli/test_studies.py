@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner, Result
 
-from nhtrack.cli import app
+from nhtrack.config.load import load
 from nhtrack.recording import Recording
-from nhtrack.scenario.load import load
+from nhtrack.terminal import app
 
 CASE = """\
 # A case of its own.

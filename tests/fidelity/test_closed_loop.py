@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from motions import make_simulation, state
+from nhtrack.config.load import load
 from nhtrack.recording import COMPONENTS, VARIABLES, Recording
-from nhtrack.scenario.load import load
 from nhtrack.simulation.ideal import IdealSimulation
 from nhtrack.simulation.mujoco import MujocoSimulation
 from nhtrack.simulation.scene import SceneSpec, make_scene
 from nhtrack.simulation.state import State
-from nhtrack.study.run import simulate
+from nhtrack.studies.run.run import simulate
 from tolerances import TWIN_HEADING_REGRESSION
 
 pytestmark = pytest.mark.slow

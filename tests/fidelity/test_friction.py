@@ -11,8 +11,8 @@ import pytest
 from scipy.optimize import brentq
 
 from motions import AT_REST, Run, drive, make_simulation, middles, state, weaving
-from nhtrack.diffdrive import DiffDrive
 from nhtrack.errors import SimulationDiverged
+from nhtrack.robots.diff_drive import DiffDrive
 from nhtrack.simulation.contact import FrictionRow
 from nhtrack.simulation.scene import SceneSpec, make_scene
 from nhtrack.simulation.state import State

@@ -10,8 +10,8 @@ import pytest
 
 from nhtrack.simulation.mujoco import MujocoSimulation
 from nhtrack.simulation.scene import Scene
-from nhtrack.study.fidelity.bench import Bench, Finding
-from nhtrack.study.fidelity.suite import CHECKS
+from nhtrack.studies.fidelity.bench import Bench, Finding
+from nhtrack.studies.fidelity.suite import CHECKS
 
 pytestmark = pytest.mark.slow
 

@@ -12,13 +12,13 @@ import pytest
 from scipy.optimize import brentq
 
 from motions import AT_REST, Run, drive, make_simulation, state, weaving_error
-from nhtrack.diffdrive import DiffDrive
+from nhtrack.config.load import load
 from nhtrack.ground import Patch
 from nhtrack.recording import Recording
-from nhtrack.scenario.load import load
+from nhtrack.robots.diff_drive import DiffDrive
 from nhtrack.simulation.ideal import IdealSimulation
 from nhtrack.simulation.scene import Payload, SceneSpec, make_scene
-from nhtrack.study.run import simulate
+from nhtrack.studies.run.run import simulate
 from tolerances import HAND
 
 pytestmark = pytest.mark.slow

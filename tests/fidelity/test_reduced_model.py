@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from nhtrack import assets
-from nhtrack.diffdrive import DiffDrive
+from nhtrack.robots.diff_drive import DiffDrive
 from nhtrack.simulation.scene import Scene, SceneSpec, make_scene
 from tolerances import MASS_MATRIX
 

@@ -17,16 +17,16 @@ from scipy.linalg import expm
 import rivals
 from array_laws import FeedbackLinearisation, JiangNijmeijer, Kanayama, Leader, LookAhead, Robots, Samson
 from nhtrack import planar, se2
+from nhtrack.config.law_sections import powers
+from nhtrack.config.load import load_text
+from nhtrack.config.schema import Scenario
+from nhtrack.experiment.build import build, make_law
 from nhtrack.experiment.loop import rollout
 from nhtrack.network import Network
-from nhtrack.scenario.build import build, make_law
-from nhtrack.scenario.law_sections import powers
-from nhtrack.scenario.load import load_text
-from nhtrack.scenario.schema import Scenario
 from nhtrack.similarity import Similarity
 from nhtrack.simulation.ideal import IdealSimulation
 from nhtrack.simulation.state import State
-from nhtrack.study.run import simulate
+from nhtrack.studies.run.run import simulate
 
 PI = math.pi
 EPS = 2.0**-52

@@ -17,10 +17,10 @@ import tolerances as tol
 from array_laws import Published
 from nhtrack import se2
 from nhtrack.assets import find_scenario
+from nhtrack.config.load import load
 from nhtrack.experiment.followers import Tracking
 from nhtrack.experiment.loop import Rollout, rollout
 from nhtrack.network import Network
-from nhtrack.scenario.load import load
 from nhtrack.similarity import Similarity
 from nhtrack.simulation.ideal import IdealSimulation
 from nhtrack.simulation.state import State

@@ -15,11 +15,11 @@ import independent
 import tolerances as tol
 from drives import DRIVE
 from nhtrack.assets import find_scenario
+from nhtrack.config import schema
+from nhtrack.config.load import load
+from nhtrack.experiment.build import Experiment, build
 from nhtrack.experiment.loop import Rollout, rollout
 from nhtrack.laws import Law
-from nhtrack.scenario import schema
-from nhtrack.scenario.build import Experiment, build
-from nhtrack.scenario.load import load
 from nhtrack.simulation.ideal import IdealSimulation
 
 PI = math.pi

@@ -16,21 +16,21 @@ import strategies as draw
 from array_laws import Leader, Memory, Robots, Universal
 from drives import DRIVE
 from nhtrack import se2
+from nhtrack.config.load import load, load_text
 from nhtrack.errors import FeasibilityError
+from nhtrack.experiment.build import build
 from nhtrack.experiment.followers import Tracking
+from nhtrack.experiment.limits import motion_limits
 from nhtrack.experiment.loop import rollout, run
 from nhtrack.experiment.recorder import Streaming
 from nhtrack.experiment.rows import Rows, named
 from nhtrack.ground import Ground, Patch
 from nhtrack.laws import Limits, law_in
 from nhtrack.network import Network
-from nhtrack.scenario.build import build
-from nhtrack.scenario.limits import motion_limits
-from nhtrack.scenario.load import load, load_text
 from nhtrack.similarity import Similarity
 from nhtrack.simulation.ideal import IdealSimulation, propagate
 from nhtrack.simulation.state import State
-from nhtrack.study.feasibility import ideal_motion
+from nhtrack.studies.feasibility.run import ideal_motion
 from watching import LAWS, watch
 
 PI = math.pi

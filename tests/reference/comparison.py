@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from nhtrack.config.schema import Scenario
 from nhtrack.recording import Recording
-from nhtrack.scenario.schema import Scenario
 
 POSITION = 1e-9  # [m] two implementations of one motion: rounding, amplified by the gains
 HEADING = 1e-7  # [rad] the same while a follower passes its leader by millimetres, where angles are that of short lines

@@ -6,9 +6,9 @@ from math import pi
 
 import numpy as np
 
-from nhtrack.diffdrive import DiffDrive
 from nhtrack.errors import FeasibilityError
 from nhtrack.ground import GRAVITY, Ground
+from nhtrack.robots.diff_drive import DiffDrive
 from reference.laws import Limits
 
 _RATES = 33  # samples of the yaw rate, in which the demand is not linear

@@ -8,11 +8,11 @@ from typing import Literal
 
 import numpy as np
 
+from nhtrack.config import schema
+from nhtrack.config.law_sections import LawSection
 from nhtrack.ground import Patch
 from nhtrack.network import Network
 from nhtrack.reference import Reference, Signal, make_segments, make_signal
-from nhtrack.scenario import schema
-from nhtrack.scenario.law_sections import LawSection
 from nhtrack.similarity import Similarity
 from nhtrack.simulation.scene import Payload, SceneSpec, reduced_models
 from reference.laws import BASELINES, Law, Limits, Published, Stabiliser, Universal

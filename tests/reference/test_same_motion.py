@@ -9,10 +9,10 @@ import pytest
 from pydantic import TypeAdapter
 
 from nhtrack.assets import bundled_scenarios
-from nhtrack.scenario import schema
-from nhtrack.scenario.load import load
-from nhtrack.study.feasibility import with_time
-from nhtrack.study.run import simulate
+from nhtrack.config import schema
+from nhtrack.config.load import load
+from nhtrack.studies.feasibility.run import with_time
+from nhtrack.studies.run.run import simulate
 from reference.comparison import POSITION, Comparison, arrays_of, compare, shortened
 from reference.run import run_reference
 

@@ -17,12 +17,18 @@ from nhtrack.video import (
     chart,
     floor,
     legend,
-    letters,
-    look,
     map,
     overlay,
-    stage,
     timeline,
+)
+from nhtrack.video import (
+    render_options as look,
+)
+from nhtrack.video import (
+    scene_renderer as stage,
+)
+from nhtrack.video import (
+    typography as letters,
 )
 from recordings import HALF_SEPARATION, robot_names
 

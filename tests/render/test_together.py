@@ -12,14 +12,16 @@ import numpy as np
 import pytest
 
 from nhtrack import se2, video
+from nhtrack.config.load import load
 from nhtrack.recording import Recording
-from nhtrack.scenario.laws import load_laws
-from nhtrack.scenario.load import load
 from nhtrack.simulation.palette import robot_colour
 from nhtrack.simulation.scene import SceneSpec, make_scene
-from nhtrack.study.compare import compare
-from nhtrack.study.comparison import Comparison, room_of
-from nhtrack.video import camera, letters, overlay, stage, timeline
+from nhtrack.studies.compare.laws_file import load_laws
+from nhtrack.studies.compare.result import Comparison, room_of
+from nhtrack.studies.compare.run import compare
+from nhtrack.video import camera, overlay, timeline
+from nhtrack.video import scene_renderer as stage
+from nhtrack.video import typography as letters
 from nhtrack.video.together import together
 from recordings import robot_names, synthetic_recording
 

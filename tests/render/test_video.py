@@ -18,14 +18,24 @@ from nhtrack.simulation.scene import SceneSpec, make_scene
 from nhtrack.video import (
     bodies,
     camera,
-    crew,
     encode,
-    letters,
-    look,
     overlay,
-    painter,
-    stage,
     timeline,
+)
+from nhtrack.video import (
+    frame_renderer as painter,
+)
+from nhtrack.video import (
+    render_options as look,
+)
+from nhtrack.video import (
+    render_pool as crew,
+)
+from nhtrack.video import (
+    scene_renderer as stage,
+)
+from nhtrack.video import (
+    typography as letters,
 )
 from recordings import synthetic_recording
 

@@ -10,22 +10,22 @@ import pandas as pd
 import pytest
 
 import tolerances as tol
+from nhtrack.config.campaign import Campaign, Starts
+from nhtrack.config.edit import scenario_text
+from nhtrack.config.families import FAMILIES, RANDOM
+from nhtrack.config.load import load_campaign, load_text
 from nhtrack.errors import SimulationDiverged
+from nhtrack.experiment.build import build, make_reference
 from nhtrack.recording import Recording
-from nhtrack.scenario.build import build, make_reference
-from nhtrack.scenario.campaign import Campaign, Starts
-from nhtrack.scenario.edit import scenario_text
-from nhtrack.scenario.families import FAMILIES, RANDOM
-from nhtrack.scenario.load import load_campaign, load_text
 from nhtrack.simulation.mujoco import MujocoSimulation
 from nhtrack.simulation.scene import make_scene
 from nhtrack.simulation.state import State
-from nhtrack.study.campaign import run as campaigns
-from nhtrack.study.campaign.cell import Cell
-from nhtrack.study.campaign.draw import draw_pieces, draw_starts
-from nhtrack.study.campaign.run import CampaignError, measure, run_campaign
-from nhtrack.study.campaign.tables import COLUMNS, cells_of, worst_first
-from nhtrack.study.run import run
+from nhtrack.studies.campaign import run as campaigns
+from nhtrack.studies.campaign.cell import Cell
+from nhtrack.studies.campaign.draw import draw_pieces, draw_starts
+from nhtrack.studies.campaign.run import CampaignError, measure, run_campaign
+from nhtrack.studies.campaign.tables import COLUMNS, cells_of, worst_first
+from nhtrack.studies.run.run import run
 from watching import Memories
 
 CASE = """

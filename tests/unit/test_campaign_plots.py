@@ -11,9 +11,17 @@ from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 
 from campaign_tables import FAMILIES, HEADING_LIMIT, LAWS, POSITION_LIMIT, campaign_cells, campaign_starts
-from nhtrack.plots.campaign import files, late_errors, percent, save_campaign_figures, settling, share_map, start_map
 from nhtrack.plots.style import INK, styled
 from nhtrack.simulation.palette import ROOT
+from nhtrack.studies.campaign.plots import (
+    files,
+    late_errors,
+    percent,
+    save_campaign_figures,
+    settling,
+    share_map,
+    start_map,
+)
 
 LEAST_CONTRAST = 4.5  # of letters on what is behind them (WCAG 2.2, criterion 1.4.3, for text that is not large)
 DART_LENGTH = 1.0  # nose to tail of a dart, in units of its size

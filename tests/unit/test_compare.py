@@ -10,21 +10,21 @@ import numpy as np
 import pytest
 
 from nhtrack import se2
+from nhtrack.config.law_sections import LawSection, law_names, law_section
+from nhtrack.config.load import load, load_text
+from nhtrack.config.schema import Scenario
 from nhtrack.errors import FeasibilityError, ScenarioError
+from nhtrack.files.folder import OutputError
 from nhtrack.recording import Recording
-from nhtrack.scenario.law_sections import LawSection, law_names, law_section
-from nhtrack.scenario.laws import MOST_LAWS, load_laws
-from nhtrack.scenario.load import load, load_text
-from nhtrack.scenario.schema import Scenario
-from nhtrack.study import compare as study
-from nhtrack.study.compare import compare, labels
-from nhtrack.study.comparison import Comparison, Search, room_of
-from nhtrack.study.feasibility import fitting_time
-from nhtrack.study.folder import OutputError
-from nhtrack.study.objective import Objective
-from nhtrack.study.run import run_scenario
-from nhtrack.study.standings import MEASURES, Standing, best, control_effort, standing
-from nhtrack.study.tune import TuningError, tune
+from nhtrack.studies.compare import run as study
+from nhtrack.studies.compare.laws_file import MOST_LAWS, load_laws
+from nhtrack.studies.compare.ranking import MEASURES, Standing, best, control_effort, standing
+from nhtrack.studies.compare.result import Comparison, Search, room_of
+from nhtrack.studies.compare.run import compare, labels
+from nhtrack.studies.feasibility.run import fitting_time
+from nhtrack.studies.run.run import run_scenario
+from nhtrack.studies.tune.objective import Objective
+from nhtrack.studies.tune.run import TuningError, tune
 from recordings import synthetic_recording
 
 # Figures computed anew from a recording as it was saved: the same sums in another order, some 1e5 terms.

@@ -12,11 +12,11 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Polygon
 
 from nhtrack import se2
-from nhtrack.plots.compare import overlay
 from nhtrack.plots.names import spread
 from nhtrack.recording import Recording
 from nhtrack.simulation.palette import ROOT, robot_colour
-from nhtrack.study.comparison import room_of
+from nhtrack.studies.compare.figure import overlay
+from nhtrack.studies.compare.result import room_of
 from recordings import synthetic_recording
 
 # Places are means of a few numbers from 0 to 1.

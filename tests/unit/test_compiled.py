@@ -13,12 +13,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from nhtrack.config.load import load
+from nhtrack.experiment.build import build
 from nhtrack.experiment.loop import FullRecorder, Rollout, rollout, run
 from nhtrack.laws import LawKind, law_in
 from nhtrack.laws.address import InterpretedLawWarning
 from nhtrack.network import Network
-from nhtrack.scenario.build import build
-from nhtrack.scenario.load import load
 from nhtrack.simulation.ideal import IdealSimulation
 from nhtrack.simulation.mujoco import MujocoSimulation, stepped_scene
 from nhtrack.simulation.state import State

@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from nhtrack.diffdrive import DiffDrive, Motor
-from nhtrack.diffdrive.reduced_model import euler_poincare_wrench, utilisation
 from nhtrack.ground import GRAVITY, Gravity
+from nhtrack.robots.diff_drive import DiffDrive, Motor
+from nhtrack.robots.diff_drive.model import euler_poincare_wrench, utilisation
 from tolerances import HAND, ROUNDED_SUM
 
 MOTOR = Motor(torque_limit=1.0, stall_torque=2.0, no_load_speed=10.0)

@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 
 from nhtrack import gl
+from nhtrack.cli import doctor
 from nhtrack.errors import RenderError
-from nhtrack.study import doctor
 from nhtrack.video import encode
 
 

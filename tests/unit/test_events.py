@@ -12,8 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from rich.console import Console
 
-from nhtrack.cli.screen import print_outcome
-from nhtrack.events import (
+from nhtrack.analysis.events import (
     AT_LIMIT,
     CREEP,
     GAP,
@@ -28,10 +27,11 @@ from nhtrack.events import (
     lasting,
     sentences,
 )
-from nhtrack.metrics import summary
+from nhtrack.analysis.metrics import summary
+from nhtrack.config.load import load
 from nhtrack.recording import Recording, make_recording
-from nhtrack.scenario.load import load
-from nhtrack.study.run import Outcome, simulate
+from nhtrack.studies.run.run import Outcome, simulate
+from nhtrack.terminal.screen import print_outcome
 from recordings import synthetic_recording
 
 # Times in these tests are sums of periods of 10 ms; far below a period, far above rounding.

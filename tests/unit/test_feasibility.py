@@ -14,16 +14,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 import tolerances as tol
-from nhtrack.diffdrive import DiffDrive, identify
-from nhtrack.errors import FeasibilityError, ScenarioError
-from nhtrack.ground import Ground
-from nhtrack.scenario.build import build
-from nhtrack.scenario.load import load_text
-from nhtrack.scenario.schema import Scenario
-from nhtrack.simulation.ideal import IdealSimulation
-from nhtrack.simulation.scene import load_robot
-from nhtrack.simulation.state import State
-from nhtrack.study.demand import (
+from nhtrack.analysis.demand import (
     LIMITS,
     Motion,
     bindings,
@@ -34,8 +25,17 @@ from nhtrack.study.demand import (
     rounded_up,
     wheel_uses,
 )
-from nhtrack.study.feasibility import Feasibility, feasibility, fitting_time, ideal_motion, with_time
-from nhtrack.study.run import simulate
+from nhtrack.config.load import load_text
+from nhtrack.config.schema import Scenario
+from nhtrack.errors import FeasibilityError, ScenarioError
+from nhtrack.experiment.build import build
+from nhtrack.ground import Ground
+from nhtrack.robots.diff_drive import DiffDrive, identify
+from nhtrack.simulation.ideal import IdealSimulation
+from nhtrack.simulation.scene import load_robot
+from nhtrack.simulation.state import State
+from nhtrack.studies.feasibility.run import Feasibility, feasibility, fitting_time, ideal_motion, with_time
+from nhtrack.studies.run.run import simulate
 
 CASE = """
 name: case

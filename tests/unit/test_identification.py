@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from nhtrack import assets
-from nhtrack.diffdrive import DiffDrive, identify
-from nhtrack.diffdrive.identification import identify_parts
 from nhtrack.errors import RobotError
+from nhtrack.robots.diff_drive import DiffDrive, identify
+from nhtrack.robots.diff_drive.identification import identify_parts
 from nhtrack.simulation.scene import load_robot
 from tolerances import HAND
 

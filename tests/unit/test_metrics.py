@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import tolerances as tol
-from nhtrack.metrics import (
+from nhtrack.analysis.metrics import (
     Separation,
     heading_error,
     heading_gap,

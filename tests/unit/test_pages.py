@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from campaign_tables import FAMILIES, LAWS, campaign_cells, campaign_starts
-from nhtrack.scenario.families import FAMILIES as BUNDLED
+from nhtrack.config.families import FAMILIES as BUNDLED
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
 SIZES = (("position", "m"), ("heading", "rad"))

@@ -14,17 +14,17 @@ from matplotlib.patches import Circle, FancyArrowPatch, Polygon
 from scipy.spatial.distance import pdist
 
 from nhtrack import assets
-from nhtrack.metrics import smallest_separation, summary
+from nhtrack.analysis.metrics import smallest_separation, summary
+from nhtrack.config.load import load
+from nhtrack.experiment.build import build
 from nhtrack.network import Network
 from nhtrack.plots.graph import graph
-from nhtrack.plots.paper import START, leader_motion, panels, reference_path, together, tracks
-from nhtrack.scenario.build import build
-from nhtrack.scenario.load import load
 from nhtrack.simulation.palette import FOLLOWERS, ROOT, robot_colour
-from nhtrack.study.feasibility import ideal_motion
-from nhtrack.study.paper import EXAMPLES, ExampleError, examples_of
-from nhtrack.study.paper_page import angle, initial_conditions
-from nhtrack.study.run import simulate
+from nhtrack.studies.feasibility.run import ideal_motion
+from nhtrack.studies.paper.figure import START, leader_motion, panels, reference_path, together, tracks
+from nhtrack.studies.paper.page import angle, initial_conditions
+from nhtrack.studies.paper.run import EXAMPLES, ExampleError, examples_of
+from nhtrack.studies.run.run import simulate
 from recordings import synthetic_recording
 from tolerances import HAND
 

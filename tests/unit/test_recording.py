@@ -12,7 +12,7 @@ import pytest
 import xarray as xr
 
 from nhtrack.errors import RecordingError
-from nhtrack.files import atomic_path
+from nhtrack.files.atomic import atomic_path
 from nhtrack.recording import FORMAT_VERSION, VARIABLES, Recording, make_recording
 
 ROBOTS = ("leader", "follower")

@@ -14,20 +14,20 @@ import pytest
 
 from elements import Elements
 from nhtrack import assets
-from nhtrack.metrics import heading_error, position_error, summary
+from nhtrack.analysis.metrics import heading_error, position_error, summary
+from nhtrack.config.documentation import json_schema
+from nhtrack.config.load import load
+from nhtrack.presentation.numbers import listed, quantity
 from nhtrack.recording import Recording
 from nhtrack.report import Extras, render, write
 from nhtrack.report.data import payload
+from nhtrack.report.downsample import even_rows, extreme_rows, numbers
 from nhtrack.report.film import duration_of, read_film
 from nhtrack.report.graph import graph_svg, ink_on
-from nhtrack.report.keys import meanings, yaml_text
-from nhtrack.report.thin import even_rows, extreme_rows, numbers
-from nhtrack.report.units import listed, quantity
-from nhtrack.report.words import About, about, tiles, verdicts
-from nhtrack.scenario.documentation import json_schema
-from nhtrack.scenario.load import load
+from nhtrack.report.scenario_listing import meanings, yaml_text
+from nhtrack.report.summary_text import About, about, tiles, verdicts
 from nhtrack.simulation.palette import FOLLOWERS, ROOT
-from nhtrack.study.run import run_scenario
+from nhtrack.studies.run.run import run_scenario
 from recordings import HALF_SEPARATION
 from reports import whole_recording, write_pictures
 

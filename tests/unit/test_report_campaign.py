@@ -13,9 +13,13 @@ import pytest
 
 from campaign_tables import FAMILIES, HEADING_LIMIT, LAWS, POSITION_LIMIT, campaign_starts
 from elements import Elements
-from nhtrack.plots.campaign.shares import percent
+from nhtrack.config.campaign import Campaign
+from nhtrack.config.documentation import json_schema
+from nhtrack.config.load import load_campaign
+from nhtrack.presentation.numbers import grouped
 from nhtrack.report.page import render_page
-from nhtrack.report.pages.campaign import (
+from nhtrack.studies.campaign.plots.shares import percent
+from nhtrack.studies.campaign.report import (
     CURVE_POINTS,
     DISTRIBUTIONS,
     LEAST_STARTS,
@@ -27,11 +31,7 @@ from nhtrack.report.pages.campaign import (
     payload,
     verdicts,
 )
-from nhtrack.report.units import grouped
-from nhtrack.scenario.campaign import Campaign
-from nhtrack.scenario.documentation import json_schema
-from nhtrack.scenario.load import load_campaign
-from nhtrack.study.campaign.tables import cells_of
+from nhtrack.studies.campaign.tables import cells_of
 from reports import HOSTILE
 
 DIGITS = 5e-5  # five significant digits: rounding moves a number by at most half a unit of the last one

@@ -10,14 +10,14 @@ import numpy as np
 import pytest
 
 from elements import Elements
-from nhtrack.metrics import position_error
+from nhtrack.analysis.metrics import position_error
 from nhtrack.plots.style import CROWD
 from nhtrack.recording import Recording
 from nhtrack.report import Extras
 from nhtrack.report.data import payload
-from nhtrack.report.pages.compare import MEASURES, compare_page, fitted, joined, show, verdicts
 from nhtrack.simulation.palette import robot_colour
-from nhtrack.study.comparison import Comparison, room_of
+from nhtrack.studies.compare.report import MEASURES, compare_page, fitted, joined, show, verdicts
+from nhtrack.studies.compare.result import Comparison, room_of
 from nhtrack.video.together import together
 from reports import HOSTILE, small_comparison
 

@@ -9,9 +9,9 @@ import pytest
 
 from elements import Elements
 from nhtrack.report.page import render_page
-from nhtrack.report.pages.fidelity import fidelity_page, used, verdicts
-from nhtrack.study.fidelity.bench import Finding
-from nhtrack.study.fidelity.suite import CHECKS, GROUPS, command, tasks
+from nhtrack.studies.fidelity.bench import Finding
+from nhtrack.studies.fidelity.report import fidelity_page, used, verdicts
+from nhtrack.studies.fidelity.suite import CHECKS, GROUPS, command, tasks
 from reports import HOSTILE
 
 

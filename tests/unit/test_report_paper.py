@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 
 from elements import Elements
-from nhtrack.metrics import late_rows
+from nhtrack.analysis.metrics import late_rows
+from nhtrack.config.load import load
 from nhtrack.recording import Recording
 from nhtrack.report.page import render_page
-from nhtrack.report.pages.paper import Section, Table, paper_page, verdicts
-from nhtrack.scenario.load import load
-from nhtrack.study.paper import EXAMPLES, Example, ExampleRuns
-from nhtrack.study.paper_report import CLAIMS, Merit, command, merit, sections
+from nhtrack.studies.paper.report import Section, Table, paper_page, verdicts
+from nhtrack.studies.paper.report_sections import CLAIMS, Merit, command, merit, sections
+from nhtrack.studies.paper.run import EXAMPLES, Example, ExampleRuns
 from recordings import synthetic_recording
 from reports import HOSTILE, whole_recording
 

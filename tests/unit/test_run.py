@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from nhtrack import gl
-from nhtrack.scenario.load import load
-from nhtrack.study import run as study
-from nhtrack.study.run import OutputError, run_scenario, simulate
+from nhtrack.config.load import load
+from nhtrack.studies.run import run as study
+from nhtrack.studies.run.run import OutputError, run_scenario, simulate
 
 IDEAL = ["backend=ideal", "duration=0.5"]
 

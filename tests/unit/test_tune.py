@@ -10,21 +10,21 @@ import pytest
 
 import tolerances as tol
 from nhtrack import assets
-from nhtrack.diffdrive import identify
+from nhtrack.analysis.metrics import summary
+from nhtrack.config.edit import EditError, save_law_gains, with_law_gains
+from nhtrack.config.law_sections import law_names
+from nhtrack.config.load import load, load_text
+from nhtrack.config.schema import Scenario
 from nhtrack.errors import ScenarioError
+from nhtrack.experiment.build import make_law
 from nhtrack.experiment.loop import Rollout
 from nhtrack.ground import Ground
-from nhtrack.metrics import summary
-from nhtrack.scenario.build import make_law
-from nhtrack.scenario.edit import EditError, save_law_gains, with_law_gains
-from nhtrack.scenario.law_sections import law_names
-from nhtrack.scenario.load import load, load_text
-from nhtrack.scenario.schema import Scenario
+from nhtrack.robots.diff_drive import identify
 from nhtrack.similarity import Similarity
 from nhtrack.simulation.scene import load_robot
-from nhtrack.study.objective import Figures, Objective, ObjectiveError, figures_of
-from nhtrack.study.run import simulate
-from nhtrack.study.tune import Tuning, _Box, ranges_of, tune
+from nhtrack.studies.run.run import simulate
+from nhtrack.studies.tune.objective import Figures, Objective, ObjectiveError, figures_of
+from nhtrack.studies.tune.run import Tuning, _Box, ranges_of, tune
 
 CASE = """
 name: case
@@ -185,7 +185,7 @@ def test_a_slow_scenario_is_searched_coarsely_and_judged_at_its_own_rate() -> No
 def test_candidates_side_by_side_are_candidates_one_by_one(found: Tuning) -> None:
     """A batch is split where memory asks for it; here into single candidates."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("nhtrack.study.tune._ROBOT_PERIODS", 1)
+        patch.setattr("nhtrack.studies.tune.run._ROBOT_PERIODS", 1)
         alone = tune(case(), **SMALL)  # type: ignore[arg-type]
     assert alone.gains == found.gains
     assert alone.figures == pytest.approx(found.figures, rel=tol.HAND)

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from nhtrack import assets
-from nhtrack.diffdrive import DiffDrive, identify
+from nhtrack.robots.diff_drive import DiffDrive, identify
 from nhtrack.simulation.ideal import IdealSimulation
 from nhtrack.simulation.mujoco import MujocoSimulation
 from nhtrack.simulation.scene import Scene, SceneSpec, make_scene

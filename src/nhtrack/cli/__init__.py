@@ -1,14 +1,14 @@
 """The command line. Modules here import what a command needs when it runs, so that `nhtrack --help` answers at once."""
 
-from nhtrack.cli.app import app, main
-from nhtrack.cli.campaign import campaign
-from nhtrack.cli.compare import compare
-from nhtrack.cli.fidelity import fidelity
-from nhtrack.cli.paper import paper
-from nhtrack.cli.results import render, run
 from nhtrack.cli.scenarios import init, list_assets, schema, validate
-from nhtrack.cli.studies import feasibility, tune
 from nhtrack.cli.system import doctor
+from nhtrack.studies.campaign.command import campaign
+from nhtrack.studies.compare.command import compare
+from nhtrack.studies.fidelity.command import fidelity
+from nhtrack.studies.paper.command import paper
+from nhtrack.studies.run.command import render, run
+from nhtrack.studies.tune.command import feasibility, tune
+from nhtrack.terminal.app import app, main
 
 __all__ = [
     "app",

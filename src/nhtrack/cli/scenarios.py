@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from nhtrack.cli.app import EXIT_SCENARIO, app, fail
-from nhtrack.cli.screen import screen
 from nhtrack.errors import ScenarioError
+from nhtrack.terminal.app import EXIT_SCENARIO, app, fail
+from nhtrack.terminal.screen import screen
 
 if TYPE_CHECKING:
-    from nhtrack.scenario.campaign import Campaign
-    from nhtrack.scenario.schema import Scenario
+    from nhtrack.config.campaign import Campaign
+    from nhtrack.config.schema import Scenario
 
 
 @app.command()
@@ -23,7 +23,7 @@ def validate(
     files: Annotated[list[str], typer.Argument(metavar="FILE...", help="Scenario or campaign files or bundled names.")],
 ) -> None:
     """Check scenarios and campaigns and report every fault with its line; nothing is run or written."""
-    from nhtrack.scenario.load import load_either
+    from nhtrack.config.load import load_either
 
     faulty = False
     for source in files:
@@ -40,7 +40,7 @@ def validate(
 
 def _account(loaded: Scenario | Campaign) -> str:
     """Returns what a scenario amounts to on the robot, or how much a campaign asks for."""
-    from nhtrack.scenario.campaign import Campaign
+    from nhtrack.config.campaign import Campaign
 
     if isinstance(loaded, Campaign):
         runs = len(loaded.laws) * len(loaded.families) * loaded.starts.count
@@ -58,9 +58,9 @@ def schema(
     campaign: Annotated[bool, typer.Option("--campaign", help="Of campaign files.")] = False,
 ) -> None:
     """Print the JSON Schema of scenario files, for editors that complete and check them."""
-    from nhtrack.scenario.campaign import Campaign
-    from nhtrack.scenario.documentation import json_schema
-    from nhtrack.scenario.schema import Scenario
+    from nhtrack.config.campaign import Campaign
+    from nhtrack.config.documentation import json_schema
+    from nhtrack.config.schema import Scenario
 
     text = json.dumps(json_schema(Campaign if campaign else Scenario), indent=2)
     if out is None:
@@ -116,7 +116,7 @@ def _scenario_text(target: Path) -> str:
 
 def _write(path: Path, text: str) -> None:
     """Writes a text file that appears under its name only once it is whole."""
-    from nhtrack.files import atomic_path
+    from nhtrack.files.atomic import atomic_path
 
     with atomic_path(path) as temporary:
         temporary.write_text(text, encoding="utf-8")
@@ -128,7 +128,7 @@ def list_assets() -> None:
     from rich.table import Table
 
     from nhtrack import assets
-    from nhtrack.scenario.load import load, load_campaign
+    from nhtrack.config.load import load, load_campaign
 
     scenarios = [(name, load(name).description) for name in assets.bundled_scenarios()]
     campaigns = [(name, load_campaign(name).description) for name in assets.bundled_campaigns()]

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import typer
 
-from nhtrack.cli.app import EXIT_ERROR, app
+from nhtrack.terminal.app import EXIT_ERROR, app
 
 
 @app.command()
 def doctor() -> None:
     """Check what this machine has for running and filming, and say what to do about what is missing."""
-    from nhtrack.study.doctor import report
+    from nhtrack.cli.doctor import report
 
     checks = report()
     for check in checks:

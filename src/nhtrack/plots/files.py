@@ -6,7 +6,7 @@ from pathlib import Path
 
 from matplotlib.figure import Figure
 
-from nhtrack.files import atomic_path
+from nhtrack.files.atomic import atomic_path
 from nhtrack.plots.style import COLUMN
 
 __all__ = ["save_figure"]

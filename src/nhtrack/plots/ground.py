@@ -10,7 +10,7 @@ from matplotlib.patches import Circle, Rectangle
 from nhtrack.ground import Ground, Patch
 from nhtrack.plots.names import Path
 from nhtrack.plots.style import INK
-from nhtrack.shown import ground_of
+from nhtrack.presentation.shown import ground_of
 from nhtrack.simulation.palette import GRIP, ICE
 
 __all__ = ["draw_ground", "ground_of"]

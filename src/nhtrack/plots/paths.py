@@ -16,17 +16,6 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from nhtrack.plots.footprint import (
-    DART,
-    Footprint,
-    dart_outlines,
-    draw_dart,
-    draw_footprint,
-    footprint_of,
-    is_seen,
-    points_per_metre,
-    scale_note,
-)
 from nhtrack.plots.ground import draw_ground, ground_of
 from nhtrack.plots.margins import (
     EDGE,
@@ -42,6 +31,17 @@ from nhtrack.plots.margins import (
 )
 from nhtrack.plots.names import Path, name_paths
 from nhtrack.plots.style import COLUMN, CROWD, INK, column_styled, panel_title, run_title, write_note
+from nhtrack.presentation.footprint import (
+    DART,
+    Footprint,
+    dart_outlines,
+    draw_dart,
+    draw_footprint,
+    footprint_of,
+    is_seen,
+    points_per_metre,
+    scale_note,
+)
 from nhtrack.recording import Recording
 from nhtrack.simulation.palette import robot_colour
 

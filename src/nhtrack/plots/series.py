@@ -11,11 +11,11 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from nhtrack.events import Kind, find_events
-from nhtrack.metrics import heading_error, heading_gap, position_error, position_gap
-from nhtrack.plots.marks import mark_events
-from nhtrack.plots.sheet import DASHED, LIMIT, Sheet, si_prefix
+from nhtrack.analysis.events import Kind, find_events
+from nhtrack.analysis.metrics import heading_error, heading_gap, position_error, position_gap
+from nhtrack.plots.event_marks import mark_events
 from nhtrack.plots.style import CROWD, INK, column_styled
+from nhtrack.plots.time_figure import DASHED, LIMIT, Sheet, si_prefix
 from nhtrack.recording import Recording
 
 __all__ = ["errors", "gap", "inputs", "slip"]

@@ -23,8 +23,8 @@ from matplotlib.figure import Figure
 from matplotlib.transforms import ScaledTranslation, Transform
 
 from nhtrack.plots.margins import EDGE, line_height
+from nhtrack.presentation.shown import BAND_COLOUR, CROWD
 from nhtrack.recording import Recording
-from nhtrack.shown import BAND_COLOUR, CROWD
 
 __all__ = [
     "BAND_COLOUR",

@@ -5,6 +5,6 @@
 and scripts.
 """
 
-from nhtrack.report.pages.run import Extras, render, write
+from nhtrack.studies.run.report import Extras, render, write
 
 __all__ = ["Extras", "render", "write"]

@@ -10,13 +10,13 @@ from typing import Any
 
 import numpy as np
 
-from nhtrack.events import find_events
-from nhtrack.metrics import heading_error, position_error, position_gap
+from nhtrack.analysis.events import find_events
+from nhtrack.analysis.metrics import heading_error, position_error, position_gap
+from nhtrack.presentation.shown import CROWD, covered, ground_of
 from nhtrack.recording import Recording
+from nhtrack.report.downsample import even_rows, numbers
 from nhtrack.report.panels import colours_of, make_panels
-from nhtrack.report.thin import even_rows, numbers
-from nhtrack.report.words import has_virtual_root
-from nhtrack.shown import CROWD, covered, ground_of
+from nhtrack.report.summary_text import has_virtual_root
 from nhtrack.simulation.palette import GRIP, ICE
 
 DIGITS = 8  # significant digits: a tenth of a micrometre along ten metres

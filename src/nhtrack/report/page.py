@@ -14,7 +14,7 @@ from typing import Any
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
-from nhtrack.files import atomic_path
+from nhtrack.files.atomic import atomic_path
 
 
 @dataclass(frozen=True)

@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from nhtrack.metrics import heading_error, heading_gap, position_error, position_gap
+from nhtrack.analysis.metrics import heading_error, heading_gap, position_error, position_gap
+from nhtrack.presentation.shown import BAND_COLOUR, CROWD
 from nhtrack.recording import Recording
-from nhtrack.report.thin import extreme_rows, numbers
-from nhtrack.shown import BAND_COLOUR, CROWD
+from nhtrack.report.downsample import extreme_rows, numbers
 from nhtrack.simulation.palette import robot_colour
 from nhtrack.simulation.scene import SceneSpec
 

@@ -8,15 +8,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from nhtrack import assets
-from nhtrack.diffdrive.identification import Parts
 from nhtrack.ground import Patch
+from nhtrack.robots.diff_drive.identification import Parts
 from nhtrack.simulation.fleet import ROBOT, Blueprint, Robot, make_blueprint
 from nhtrack.simulation.palette import GRIP, ICE, rgb
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from nhtrack.diffdrive import DiffDrive
+    from nhtrack.robots.diff_drive import DiffDrive
     from nhtrack.simulation.spec import Payload, SceneSpec
 
 # Impedance so close to one that penetration, and with it the change of the rolling radius, is a few nanometres.

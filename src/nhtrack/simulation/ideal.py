@@ -7,10 +7,10 @@ from collections.abc import Mapping
 import numpy as np
 
 from nhtrack.arrays import Array
-from nhtrack.diffdrive import DiffDrive
-from nhtrack.diffdrive.motor import Motor
 from nhtrack.errors import SimulationDiverged
 from nhtrack.ground import Ground
+from nhtrack.robots.diff_drive import DiffDrive
+from nhtrack.robots.motor import Motor
 from nhtrack.simulation import columns, flow
 from nhtrack.simulation.faults import failure_in
 from nhtrack.simulation.integrator import advance_all

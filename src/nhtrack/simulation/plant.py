@@ -1,6 +1,6 @@
 """The reduced model and the ground as compiled scalar code, for what is asked every period of every robot.
 
-The equations are those of `nhtrack.diffdrive.DiffDrive` and `nhtrack.ground.Ground`, which speak of arrays.
+The equations are those of `nhtrack.robots.diff_drive.DiffDrive` and `nhtrack.ground.Ground`, which speak of arrays.
 """
 
 from __future__ import annotations
@@ -11,8 +11,8 @@ from typing import NamedTuple
 import numpy as np
 
 from nhtrack.compiled import compiled_inside
-from nhtrack.diffdrive import DiffDrive
 from nhtrack.ground import Ground
+from nhtrack.robots.diff_drive import DiffDrive
 
 
 class Floor(NamedTuple):

@@ -13,9 +13,9 @@ import numpy as np
 
 from nhtrack import assets
 from nhtrack.arrays import Array
-from nhtrack.diffdrive import DiffDrive, identify
-from nhtrack.diffdrive.identification import Parts, identify_parts
 from nhtrack.errors import RobotError, did_you_mean
+from nhtrack.robots.diff_drive import DiffDrive, identify
+from nhtrack.robots.diff_drive.identification import Parts, identify_parts
 from nhtrack.simulation.compose import compose, loaded_robot
 from nhtrack.simulation.fleet import Blueprint, compiled
 from nhtrack.simulation.spec import Payload, SceneSpec

@@ -10,12 +10,12 @@ import numpy as np
 
 from nhtrack import gl
 from nhtrack.errors import RecordingError, RenderError
-from nhtrack.files import atomic_path
+from nhtrack.files.atomic import atomic_path
 from nhtrack.recording import Recording
 from nhtrack.video.camera import CAMERAS
-from nhtrack.video.crew import Pictures, painted
 from nhtrack.video.encode import FORMATS, Encoder, find_encoder, write_film
-from nhtrack.video.look import QUALITIES, SPLIT, Look
+from nhtrack.video.render_options import QUALITIES, SPLIT, Look
+from nhtrack.video.render_pool import Pictures, painted
 
 __all__ = ["CAMERAS", "QUALITIES", "SPLIT", "Encoder", "find_encoder", "frames", "render"]
 

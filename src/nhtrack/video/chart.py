@@ -10,7 +10,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from nhtrack.metrics import heading_error, position_error, position_gap
+from nhtrack.analysis.metrics import heading_error, position_error, position_gap
 from nhtrack.plots.style import BAND_COLOUR, CROWD, styled
 from nhtrack.recording import Recording
 from nhtrack.simulation.scene import SceneSpec

@@ -12,7 +12,7 @@ from nhtrack import se2
 from nhtrack.simulation.palette import rgb
 from nhtrack.simulation.scene import Scene
 from nhtrack.video.bodies import fading
-from nhtrack.video.look import FLEET
+from nhtrack.video.render_options import FLEET
 from nhtrack.video.timeline import LONGEST, Timeline
 
 __all__ = ["Floor"]

@@ -8,8 +8,8 @@ import numpy as np
 from PIL import Image, ImageDraw
 
 from nhtrack.video.bodies import utilisation_colour
-from nhtrack.video.letters import GREY, INK, PAPER, font
 from nhtrack.video.timeline import Timeline
+from nhtrack.video.typography import GREY, INK, PAPER, font
 
 __all__ = ["draw_legend"]
 

@@ -8,8 +8,8 @@ import numpy as np
 from PIL import Image, ImageDraw
 
 from nhtrack import se2
-from nhtrack.video.letters import GREY, PAPER, font
 from nhtrack.video.timeline import Timeline
+from nhtrack.video.typography import GREY, PAPER, font
 
 __all__ = ["Map", "round_length"]
 

@@ -10,9 +10,9 @@ from PIL import Image, ImageDraw, ImageFont
 from nhtrack.recording import Recording
 from nhtrack.simulation.scene import SceneSpec
 from nhtrack.video.legend import draw_legend
-from nhtrack.video.letters import GREY, INK, PAPER, font, length
 from nhtrack.video.map import Map
 from nhtrack.video.timeline import Timeline
+from nhtrack.video.typography import GREY, INK, PAPER, font, length
 
 __all__ = ["Overlay"]
 

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.integrate import cumulative_trapezoid
 
 from nhtrack import se2
-from nhtrack.events import slip_speed, spells
+from nhtrack.analysis.events import slip_speed, spells
 from nhtrack.recording import Recording
 from nhtrack.simulation.scene import Scene
 

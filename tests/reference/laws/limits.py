@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Limits:
-    """A box of velocities and accelerations; `nhtrack.scenario.limits` finds the one that wheels and motors hold."""
+    """A box of velocities and accelerations; `nhtrack.experiment.limits` finds the one that wheels and motors hold."""
 
     speed: float
     yaw_rate: float

@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from nhtrack import assets
-from nhtrack.diffdrive.identification import Parts
+from nhtrack.robots.diff_drive.identification import Parts
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from nhtrack.diffdrive import DiffDrive
+    from nhtrack.robots.diff_drive import DiffDrive
     from nhtrack.simulation.scene import Payload, SceneSpec
 
 # Impedance so close to one that penetration, and with it the change of the rolling radius, is a few nanometres.

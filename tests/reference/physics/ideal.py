@@ -8,9 +8,9 @@ from typing import TypeAlias
 import numpy as np
 
 from nhtrack.arrays import Array
-from nhtrack.diffdrive import DiffDrive
 from nhtrack.errors import SimulationDiverged
 from nhtrack.ground import Ground
+from nhtrack.robots.diff_drive import DiffDrive
 from reference.physics.state import State
 
 Motion: TypeAlias = tuple[Array, Array, Array]  # poses, body twists and accelerations

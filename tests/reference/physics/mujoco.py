@@ -14,9 +14,9 @@ import numpy as np
 from mujoco import batch as mujoco_batch
 
 from nhtrack.arrays import Array
-from nhtrack.diffdrive.reduced_model import utilisation
 from nhtrack.errors import SimulationDiverged
 from nhtrack.ground import Ground
+from nhtrack.robots.diff_drive.model import utilisation
 from reference.physics.contact import FrictionRow
 from reference.physics.ideal import (
     predicted_utilisation,

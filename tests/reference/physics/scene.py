@@ -11,8 +11,8 @@ import numpy as np
 
 from nhtrack import assets
 from nhtrack.arrays import Array
-from nhtrack.diffdrive import DiffDrive
-from nhtrack.diffdrive.identification import Parts, identify_parts
+from nhtrack.robots.diff_drive import DiffDrive
+from nhtrack.robots.diff_drive.identification import Parts, identify_parts
 from nhtrack.simulation.scene import SceneSpec, reduced_models
 from reference.physics.compose import compose
 

@@ -1,0 +1,178 @@
+"""Numbers that say how a run went, read from its recording."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from nhtrack.analysis.events import find_events
+from nhtrack.recording import Recording
+
+LATE = 0.15  # share of the run, at its end, that counts as late
+SETTLED = 0.05  # share of the largest error within which a follower counts as settled
+_FEW = 100  # robots, up to which all pairs are looked at
+
+
+class Separation(NamedTuple):
+    """The closest two robots came: distance [m], their names, and when [s]."""
+
+    distance: float
+    robots: tuple[str, str]
+    time: float
+
+
+def position_error(recording: Recording) -> np.ndarray:
+    """Returns the distance of every robot from what it tracks [m], shape (time, robot); NaN for the root."""
+    error = recording["error"].values
+    return np.asarray(np.hypot(error[..., 0], error[..., 1]))
+
+
+def heading_error(recording: Recording) -> np.ndarray:
+    """Returns the relative heading of every robot to what it tracks, in [-pi, pi] [rad], shape (time, robot)."""
+    return np.asarray(recording["error"].values[..., 2])
+
+
+def position_gap(recording: Recording) -> np.ndarray:
+    """Returns the distance of every robot from its ideal twin at the same time [m], shape (time, robot)."""
+    gap = recording["pose"].values - recording["ideal_pose"].values
+    return np.asarray(np.hypot(gap[..., 0], gap[..., 1]))
+
+
+def heading_gap(recording: Recording) -> np.ndarray:
+    """Returns the heading of every robot minus its ideal twin's, whole turns included [rad], shape (time, robot)."""
+    return np.asarray(recording["pose"].values[..., 2] - recording["ideal_pose"].values[..., 2])
+
+
+def late_rows(recording: Recording) -> slice:
+    """Returns the rows of the last 15 % of the time."""
+    time = recording.time
+    return slice(int(np.searchsorted(time, time[0] + (1 - LATE) * (time[-1] - time[0]))), None)
+
+
+def settling_times(recording: Recording) -> np.ndarray:
+    """Returns when each robot's position error last entered 5 % of its largest value [s], shape (robot,).
+
+    NaN for the root, and where the error is not inside the band during the whole late part of the run: an error that
+    dips into it at the end has not settled.
+    """
+    error = position_error(recording)
+    outside = ~(error <= SETTLED * np.max(error, axis=0))
+    last_outside = np.where(outside.any(axis=0), len(error) - 1 - outside[::-1].argmax(axis=0), -1)
+    settled = last_outside + 1
+    times = np.append(recording.time, np.nan)[np.where(settled <= late_rows(recording).start, settled, -1)]
+    return np.asarray(np.where(np.isnan(error).any(axis=0), np.nan, times))
+
+
+def smallest_separation(recording: Recording) -> Separation | None:
+    """Returns the closest any two robots came, or None for a single robot."""
+    positions = recording["pose"].values[..., :2]
+    robots = recording.robots
+    if len(robots) < 2:
+        return None
+    find = _nearest_of_few if len(robots) <= _FEW else _nearest_of_many
+    distance, row, first, second = find(positions)
+    return Separation(distance, (robots[first], robots[second]), float(recording.time[row]))
+
+
+def _nearest_of_few(positions: np.ndarray) -> tuple[float, int, int, int]:
+    """Returns the least distance between two robots, its row, and which they are; positions of shape (t, n, 2)."""
+    found = []  # of every robot and those after it
+    for first in range(positions.shape[1] - 1):
+        apart = np.sqrt(((positions[:, first + 1 :] - positions[:, first : first + 1]) ** 2).sum(axis=-1))
+        row, after = map(int, np.unravel_index(apart.argmin(), apart.shape))
+        found.append((float(apart[row, after]), row, first, first + 1 + after))
+    return min(found)
+
+
+def _nearest_of_many(positions: np.ndarray) -> tuple[float, int, int, int]:
+    """Returns what `_nearest_of_few` does, in O(t n log n)."""
+    from scipy.spatial import KDTree  # only here: it takes longer to import than few robots to compare
+
+    nearest: tuple[float, int, int, int] = (np.inf, 0, 0, 1)
+    for row, places in enumerate(positions):
+        apart, who = KDTree(places).query(places, k=2)
+        one = int(apart[:, 1].argmin())
+        first, second = sorted((one, int(who[one][who[one] != one][0])))
+        nearest = min(nearest, (float(apart[one, 1]), row, first, second))
+    return nearest
+
+
+def summary(recording: Recording) -> dict[str, Any]:
+    """Returns the figures of a run as a tree of plain numbers and names, ready for JSON; unknown figures are None.
+
+    Positions in metres, headings in radians, loads in newtons, times in seconds on the robot's clock. An infinite
+    utilisation, of a wheel that carries no load, is None like any figure that is not known. *Late* means the worst over
+    the last 15 % of the run. The events are those of `nhtrack.analysis.events.find_events`.
+    """
+    separation = smallest_separation(recording)
+    return {
+        "name": recording.name,
+        "backend": recording.backend,
+        "outcome": recording.outcome,
+        "duration": float(recording.time[-1]),
+        "similarity": {"length": recording.length_scale, "time": recording.time_scale},
+        "followers": _follower_figures(recording),
+        "robots": _robot_figures(recording),
+        "smallest_separation": None if separation is None else separation._asdict(),
+        "events": [asdict(event) | {"worst": _plain(event.worst)} for event in find_events(recording)],
+    }
+
+
+def _follower_figures(recording: Recording) -> dict[str, dict[str, float | None]]:
+    position, heading = position_error(recording), np.abs(heading_error(recording))
+    late, settled = late_rows(recording), settling_times(recording)
+    columns = {name: i for i, name in enumerate(recording.robots)}
+    return {
+        name: {
+            "initial_position_error": _plain(position[0, columns[name]]),
+            "final_position_error": _plain(position[-1, columns[name]]),
+            "final_heading_error": _plain(heading[-1, columns[name]]),
+            "late_position_error": _plain(position[late, columns[name]].max()),
+            "late_heading_error": _plain(heading[late, columns[name]].max()),
+            "settling_time": _plain(settled[columns[name]]),
+        }
+        for name in recording.followers
+    }
+
+
+def _robot_figures(recording: Recording) -> dict[str, dict[str, float | None]]:
+    travelled = np.hypot(*np.moveaxis(np.diff(recording["pose"].values[..., :2], axis=0), -1, 0)).sum(axis=0)
+    position, heading = position_gap(recording), np.abs(heading_gap(recording))
+    columns: dict[str, np.ndarray] = {
+        "path_length": travelled,
+        "gap_position_rms": np.sqrt((position**2).mean(axis=0)),
+        "gap_position_max": position.max(axis=0),
+        "gap_heading_rms": np.sqrt((heading**2).mean(axis=0)),
+        "gap_heading_max": heading.max(axis=0),
+        "peak_utilisation": _peak(recording, "friction_utilisation"),
+        "peak_utilisation_predicted": _peak(recording, "friction_utilisation_predicted"),
+        "smallest_wheel_load": _smallest(recording["wheel_load"].values),
+        "peak_lateral_slip": _peak(recording, "lateral_slip"),
+        "torque_saturation_share": np.nan_to_num(recording["torque_saturation"].values).max(axis=-1).mean(axis=0),
+    }
+    return {
+        name: {figure: _plain(values[i]) for figure, values in columns.items()}
+        for i, name in enumerate(recording.robots)
+    }
+
+
+def _peak(recording: Recording, name: str) -> np.ndarray:
+    """Returns the largest magnitude of a variable for every robot; NaN where it was never known."""
+    values = np.abs(recording[name].values)
+    known = np.where(np.isnan(values), -np.inf, values).reshape(*values.shape[:2], -1).max(axis=(0, 2))
+    return np.where(np.isneginf(known), np.nan, known)
+
+
+def _smallest(values: np.ndarray) -> np.ndarray:
+    """Returns the smallest value of a variable for every robot; NaN where it was never known."""
+    known = np.where(np.isnan(values), np.inf, values).reshape(*values.shape[:2], -1).min(axis=(0, 2))
+    return np.where(np.isposinf(known), np.nan, known)
+
+
+def _plain(value: float) -> float | None:
+    """Returns a JSON number, or None for what JSON has no number for."""
+    return float(value) if np.isfinite(value) else None
+
+

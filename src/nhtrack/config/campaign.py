@@ -1,0 +1,185 @@
+"""What a campaign file may say: which laws meet which references, from how many starts, and what counts as arrival.
+
+A campaign is a scenario with one follower whose law, reference and start vary. The keys that it shares with a scenario
+mean the same; everything is in scenario units.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping
+from pathlib import Path as FilePath
+from typing import Annotated, Any, TypeAlias
+
+from pydantic import AfterValidator, Discriminator, Field, Tag
+
+from nhtrack.config.checks import Clock, Finding, clock_findings, input_findings, robot_findings
+from nhtrack.config.families import FAMILIES, RANDOM
+from nhtrack.config.law_sections import Law
+from nhtrack.config.schema import Backend, Name, Physics, PlanarTwist, RunName, Signal, SignalInput, Similarity
+from nhtrack.config.section import Section, fault
+from nhtrack.config.tree import lookup
+from nhtrack.errors import did_you_mean
+
+_LABEL = re.compile(r"[A-Za-z][A-Za-z0-9_ -]{0,39}\Z")  # it names files
+BUNDLED = (*FAMILIES, RANDOM)
+
+
+class Starts(Section):
+    """Where followers begin: a disc around the leader, which starts at the origin and heads along x."""
+
+    count: int = Field(default=1000, ge=1, le=1_000_000, description="starts for every law and family [1]")
+    seed: int = Field(default=0, ge=0, description="seed of the starts, and of the family `random` [1]")
+    radius: float = Field(default=10.0, ge=0, description="radius of the disc [scenario length]")
+    speed: float = Field(default=1.0, ge=0, description="largest |v| [scenario length/time]")
+    turning: float = Field(default=1.0, ge=0, description="largest |omega| [rad/scenario time]")
+    special: float = Field(
+        default=0.1,
+        ge=0,
+        le=1,
+        description="share of starts that are special: on the leader, with any heading and turned round by pi; heading "
+        "opposite to the leader's; on its axis; half of each at rest [1]",
+    )
+
+
+class Arrival(Section):
+    """What counts as converged: an error that stays this small until the end."""
+
+    position: float = Field(default=0.01, gt=0, description="largest distance from the place [scenario length]")
+    heading: float = Field(default=0.02, gt=0, description="largest heading error [rad]")
+    last: float = Field(default=15.0, gt=0, description="how long before the end it counts [scenario time]")
+
+
+class Family(Section):
+    """A reference: what the leader does."""
+
+    name: Name = Field(description="how tables call it")
+    u_x: Signal = Field(description="forward acceleration [scenario length/time^2]")
+    u_theta: Signal = Field(description="angular acceleration [rad/scenario time^2]")
+    twist: PlanarTwist = Field(
+        default=(0.0, 0.0), description="v [scenario length/time] and omega [rad/scenario time] at the start"
+    )
+
+    @property
+    def input(self) -> SignalInput:
+        """The leader's input as a scenario has it."""
+        return SignalInput(u_x=self.u_x, u_theta=self.u_theta)
+
+
+class Tuning(Section):
+    """Gains that are searched before a law is tried, anew for every family, as `nhtrack tune` does."""
+
+    laws: Annotated[tuple[str, ...], Field(strict=False, min_length=1)] = Field(description="labels of these laws")
+    budget: int = Field(default=256, ge=8, description="sets of gains tried for every law and family [1]")
+    starts: int = Field(default=8, ge=1, le=100, description="followers of the run that is tuned [1]")
+    seed: int = Field(default=1, ge=0, description="seed of their starts, and of the search [1]")
+
+
+def _label(text: str) -> str:
+    if not _LABEL.match(text):
+        raise fault(f"expected a letter and up to 39 letters, digits, spaces, '-' or '_', got {text!r}")
+    return text
+
+
+def _bundled_family(name: str) -> str:
+    if name not in BUNDLED:
+        raise fault(f"no family {name!r}; {did_you_mean(name, BUNDLED)}")
+    return name
+
+
+FamilyChoice: TypeAlias = Annotated[
+    Annotated[str, AfterValidator(_bundled_family), Tag("<family name>")] | Annotated[Family, Tag("<family>")],
+    Discriminator(lambda value: "<family name>" if isinstance(value, str) else "<family>"),
+]
+Label: TypeAlias = Annotated[str, AfterValidator(_label)]
+
+
+class Campaign(Section):
+    """Laws against references from many random starts."""
+
+    name: RunName = Field(description="names the campaign and its results folder")
+    description: str = Field(default="", description="one line for people, shown by `nhtrack list`")
+    duration: float = Field(default=80.0, gt=0, description="how long every run lasts [scenario time]")
+    similarity: Similarity = Field(
+        default=Similarity(),
+        description="scenario units to metres and seconds; `time: auto` takes the smallest at which every family's "
+        "leader and `probes` followers fit under the first law, without its limits",
+    )
+    backend: Backend = Field(
+        default="ideal", description="`ideal`: the integrator the theory speaks of; `mujoco`: wheels and friction"
+    )
+    robot: str = Field(
+        default="nh_mini", min_length=1, description="a bundled robot, or an MJCF file relative to the campaign's file"
+    )
+    physics: Physics = Field(default=Physics(), description="how MuJoCo steps")
+    control_rate: float = Field(default=100.0, gt=0, description="control periods per second on the robot's clock [Hz]")
+    laws: Annotated[dict[Label, Law], Field(min_length=1)] = Field(
+        description="the laws by the labels that tables call them by, gains in scenario units"
+    )
+    families: Annotated[tuple[FamilyChoice, ...], Field(strict=False, min_length=1)] = Field(
+        default=BUNDLED, description="the references: names of bundled ones, or sections of their own"
+    )
+    starts: Starts = Field(default=Starts(), description="where followers begin")
+    arrival: Arrival = Field(default=Arrival(), description="what counts as converged")
+    tuning: Tuning | None = Field(default=None, description="gains to be searched first; null takes them as they are")
+    probes: int = Field(default=24, ge=1, le=200, description="starts that `time: auto` looks at, for every family [1]")
+
+    @property
+    def family_names(self) -> tuple[str, ...]:
+        """Names of the families, in order."""
+        return tuple(family if isinstance(family, str) else family.name for family in self.families)
+
+    def family(self, name: str) -> Family | None:
+        """Returns a family by its name; None for random pieces, which are another reference for every start."""
+        if name == RANDOM and RANDOM in self.families:
+            return None
+        own = {family.name: family for family in self.families if isinstance(family, Family)}
+        return own[name] if name in own else Family.model_validate({"name": name, **FAMILIES[name]})
+
+    @property
+    def periods(self) -> int:
+        """Control periods of a run.
+
+        Raises:
+            TypeError: see `Similarity.time_scale`.
+        """
+        return max(1, round(self.duration * self.similarity.time_scale * self.control_rate))
+
+
+def campaign_findings(tree: Any, directory: FilePath) -> Iterator[Finding]:
+    """Yields what is wrong between the keys of a campaign's tree; see `nhtrack.config.checks.findings`."""
+    if not isinstance(tree, Mapping):
+        return
+    clock = Clock.of({"duration": Campaign.model_fields["duration"].default, **tree})
+    yield from clock_findings(clock)
+    yield from robot_findings(tree, directory)
+    yield from _arrival_findings(tree, clock)
+    yield from _tuning_findings(tree)
+    yield from _family_findings(tree, clock)
+
+
+def _arrival_findings(tree: Mapping[str, Any], clock: Clock) -> Iterator[Finding]:
+    last = lookup(tree, ("arrival", "last"), Arrival.model_fields["last"].default)
+    if clock.duration is not None and isinstance(last, (int, float)) and last > clock.duration:
+        yield ("arrival", "last"), f"{last:g} is longer than a run, which lasts {clock.duration:g}"
+
+
+def _tuning_findings(tree: Mapping[str, Any]) -> Iterator[Finding]:
+    """Yields labels to be tuned that no law has."""
+    laws, wanted = lookup(tree, ("laws",)), lookup(tree, ("tuning", "laws"))
+    if not isinstance(laws, Mapping) or not isinstance(wanted, list):
+        return
+    for i, label in enumerate(wanted):
+        if isinstance(label, str) and label not in laws:
+            yield ("tuning", "laws", i), f"no law labelled {label!r}; {did_you_mean(label, tuple(laws))}"
+
+
+def _family_findings(tree: Mapping[str, Any], clock: Clock) -> Iterator[Finding]:
+    """Yields families of one name, and formulas without a value."""
+    families, seen = lookup(tree, ("families",)), set[str]()
+    for i, family in enumerate(families if isinstance(families, list) else ()):
+        name = family if isinstance(family, str) else lookup(family, ("name",))
+        if isinstance(name, str) and name in seen:
+            yield ("families", i), f"two families are called {name!r}"
+        seen.add(str(name))
+        yield from input_findings(family, clock, ("families", i))

@@ -1,0 +1,268 @@
+"""What the keys of a scenario mean together: clocks, graph, robot, input.
+
+The checks read the raw tree and skip what they cannot understand, so that a misspelt gain does not hide a
+cycle in the graph: every fault of a file is reported at once.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path as FilePath
+from typing import Any
+
+import numpy as np
+
+from nhtrack import assets
+from nhtrack.config.schema import Leader, Physics, Scenario, Similarity
+from nhtrack.config.tree import Path, lookup
+from nhtrack.errors import RobotError, did_you_mean
+from nhtrack.experiment.stability import stance_findings
+from nhtrack.network import network_faults
+from nhtrack.reference import ReferenceInputError, Signal, Table, make_segments, make_signal
+
+Finding = tuple[Path, str]
+
+MOST_PERIODS = 2_000_000  # five and a half hours at 100 Hz; beyond it a recording no longer fits in memory
+AUTO_PERIODS = 2000  # where inputs are tried as long as `time: auto` leaves the control periods open
+MOST_STEPS = 1e7  # physics steps in a control period; beyond it the schema's bounds have the word
+_INPUT: Path = ("leader", "input")
+
+
+def findings(tree: Any, directory: FilePath) -> Iterator[Finding]:
+    """Yields what is wrong between the keys of a tree, as path and message.
+
+    Args:
+        tree: the raw tree; anything in it may be of the wrong type.
+        directory: what relative robot files start from.
+    """
+    if not isinstance(tree, Mapping):
+        return
+    clock = Clock.of(tree)
+    yield from clock_findings(clock)
+    yield from _network_findings(tree)
+    yield from robot_findings(tree, directory)
+    yield from input_findings(lookup(tree, _INPUT), clock, _INPUT)
+
+
+@dataclass(frozen=True)
+class Clock:
+    """The times a tree gives, None where it gives no positive number; defaults where it gives nothing.
+
+    Attributes:
+        duration: [scenario time].
+        scale: robot seconds per scenario time unit [s].
+        control_rate: [Hz].
+        timestep: physics step [s].
+    """
+
+    duration: float | None
+    scale: float | None
+    control_rate: float | None
+    timestep: float | None
+
+    @classmethod
+    def of(cls, tree: Mapping[str, Any]) -> Clock:
+        """Returns the times of a tree."""
+        return cls(
+            _positive(lookup(tree, ("duration",))),
+            _positive(lookup(tree, ("similarity", "time"), Similarity.model_fields["time"].default)),
+            _positive(lookup(tree, ("control_rate",), Scenario.model_fields["control_rate"].default)),
+            _positive(lookup(tree, ("physics", "timestep"), Physics.model_fields["timestep"].default)),
+        )
+
+    @property
+    def periods(self) -> float | None:
+        """Control periods in the duration, not rounded."""
+        if self.duration is None or self.scale is None or self.control_rate is None:
+            return None
+        return self.duration * self.scale * self.control_rate
+
+    @property
+    def times(self) -> np.ndarray | None:
+        """Scenario times at which the input is sampled: the middles of the periods, shape (periods,).
+
+        Where the time scale is not a number, `AUTO_PERIODS` stand for the periods still unknown.
+        """
+        periods = self.periods if self.scale is not None else AUTO_PERIODS
+        if periods is None or self.duration is None or not 0.999 <= periods <= MOST_PERIODS:
+            return None
+        return (np.arange(round(periods)) + 0.5) * (self.duration / periods)
+
+
+def _positive(value: Any) -> float | None:
+    """Returns a positive finite number as a float, anything else as None."""
+    return float(value) if _is_finite(value) and value > 0 else None
+
+
+def _is_finite(value: Any) -> bool:
+    if not isinstance(value, (int, float)) or isinstance(value, bool):
+        return False
+    try:
+        return math.isfinite(value)
+    except OverflowError:  # a whole number beyond the largest double
+        return False
+
+
+def clock_findings(clock: Clock) -> Iterator[Finding]:
+    """Yields faults of durations and rates that do not fit each other."""
+    rate, timestep = clock.control_rate, clock.timestep
+    if rate is not None and timestep is not None:
+        steps = 1.0 / timestep / rate
+        if steps < MOST_STEPS and (round(steps) < 1 or abs(steps - round(steps)) > 1e-9 * steps):
+            yield ("control_rate",), _rate_message(rate, timestep)
+    if clock.periods is None or clock.duration is None or clock.scale is None or rate is None:
+        return
+    if clock.periods < 0.999:
+        seconds = clock.duration * clock.scale
+        yield (
+            ("duration",),
+            f"{seconds:g} s on the robot's clock, less than one control period of {1 / rate:g} s",
+        )
+    elif clock.periods > MOST_PERIODS:
+        yield ("duration",), f"{clock.periods:.3g} control periods; at most {MOST_PERIODS} fit in a recording"
+
+
+def _rate_message(rate: float, timestep: float) -> str:
+    physics_rate = 1.0 / timestep
+    if rate > physics_rate:
+        return f"{rate:g} Hz is faster than physics ({physics_rate:g} Hz); lower it, or physics.timestep"
+    steps = math.floor(physics_rate / rate)
+    counts = range(max(1, steps - 50), steps + 50)
+    nearest = sorted((physics_rate / n for n in counts), key=lambda near: abs(near - rate))
+    offers = " or ".join(f"{near:g}" for near in [near for near in nearest if _exact(near)][:2])
+    return (
+        f"{rate:g} Hz does not divide the physics rate of {physics_rate:g} Hz, "
+        f"the inverse of physics.timestep {timestep:g} s" + (f"; try {offers} Hz" if offers else "")
+    )
+
+
+def _exact(rate: float) -> bool:
+    """Returns whether a rate survives being written down with the digits that messages show."""
+    return abs(float(f"{rate:g}") - rate) < 1e-9 * rate
+
+
+def _network_findings(tree: Mapping[str, Any]) -> Iterator[Finding]:
+    """Yields faults of names and parents."""
+    leader = lookup(tree, ("leader", "name"), Leader.model_fields["name"].default)
+    followers = lookup(tree, ("followers",))
+    if not isinstance(followers, list) or not isinstance(leader, str):
+        return
+    parents: dict[str, Sequence[str]] = {leader: ()}
+    place: dict[str, int] = {}
+    for i, follower in enumerate(followers):
+        name = lookup(follower, ("name",))
+        if not isinstance(name, str):
+            continue
+        if name in parents:
+            other = "the leader" if name == leader else f"followers[{place[name]}]"
+            yield ("followers", i, "name"), f"two robots are called {name!r}: {other} is the other one"
+            continue
+        place[name] = i
+        # A list that cannot be read is the schema's fault to report; for the graph it tracks the leader.
+        parents[name] = _names(lookup(follower, ("parents",))) or (leader,)
+        given = lookup(follower, ("weights",))
+        if isinstance(given, list) and _names(lookup(follower, ("parents",))):
+            expected = len(parents[name]) - 1
+            if len(given) != expected:
+                message = f"expected one weight fewer than parents, {expected} here, got {len(given)}"
+                yield ("followers", i, "weights"), message
+    # Where a name cannot be read, "no such robot" could blame the line that spells it right.
+    every_name_known = all(isinstance(lookup(follower, ("name",)), str) for follower in followers)
+    for fault in network_faults(parents):
+        if fault.robot in place and (every_name_known or not fault.unknown):
+            at: Path = ("followers", place[fault.robot], "parents")
+            yield (at if fault.parent is None else (*at, fault.parent)), fault.message
+
+
+def _names(value: Any) -> tuple[str, ...]:
+    """Returns a list of texts as a tuple, anything else as ()."""
+    readable = isinstance(value, list) and all(isinstance(item, str) for item in value)
+    return tuple(value) if readable else ()
+
+
+def robot_findings(tree: Mapping[str, Any], directory: FilePath) -> Iterator[Finding]:
+    """Yields why a tree's robot cannot be found, driven, or stand on its ground."""
+    robot = lookup(tree, ("robot",), Scenario.model_fields["robot"].default)
+    if not isinstance(robot, str) or not robot:
+        return
+    if robot in assets.robots():
+        yield from stance_findings(tree, robot)
+    elif not is_robot_file(robot):
+        yield (
+            ("robot",),
+            f"no robot {robot!r}; {did_you_mean(robot, assets.robots())}, or a path to an .xml file",
+        )
+    elif not (directory / robot).is_file():
+        yield ("robot",), f"no MJCF file {str(directory / robot)!r}"
+    else:
+        yield from _robot_file_findings(directory / robot)
+        yield from stance_findings(tree, str(directory / robot))
+
+
+def _robot_file_findings(path: FilePath) -> Iterator[Finding]:
+    """Yields why an MJCF file is not a differential-drive robot."""
+    # MuJoCo takes a while to import, and only a robot of the user's own needs it here.
+    from nhtrack.robots.diff_drive import identify
+    from nhtrack.simulation.scene import load_robot
+
+    try:
+        identify(load_robot(str(path)))
+    except RobotError as error:
+        yield ("robot",), " ".join(str(error).split())
+
+
+def is_robot_file(robot: str) -> bool:
+    """Returns whether a scenario's `robot` is a path to an MJCF file rather than a bundled name."""
+    return robot.endswith(".xml")
+
+
+def input_findings(given: Any, clock: Clock, at: Path) -> Iterator[Finding]:
+    """Yields faults of inputs on the control grid: no finite value, or a table that does not cover it.
+
+    Args:
+        given: the raw input.
+        clock: the times of the run.
+        at: path of the input.
+    """
+    if not isinstance(given, Mapping):
+        return
+    if "table" in given:
+        yield from _table_findings(given, clock.times, at)
+    elif clock.times is not None:
+        for name in ("u_x", "u_theta"):
+            signal = _signal(given.get(name))
+            try:
+                if signal is not None:
+                    signal(clock.times)
+            except ReferenceInputError as error:
+                yield (*at, name), str(error)
+
+
+def _signal(value: Any) -> Signal | None:
+    """Returns the signal of a raw value of the file, or None where its form is at fault."""
+    try:
+        if isinstance(value, list):
+            return make_segments([(piece.get("until"), piece["value"]) for piece in value])
+        return make_signal(value)
+    except (ReferenceInputError, TypeError, ValueError, KeyError, AttributeError, OverflowError):
+        return None
+
+
+def _table_findings(given: Mapping[str, Any], times: np.ndarray | None, place: Path) -> Iterator[Finding]:
+    """Yields faults of a table: columns that do not match, times out of order, rows missing at either end."""
+    columns = [lookup(given, ("table", name)) for name in ("t", "u_x", "u_theta")]
+    if not all(isinstance(column, list) and column and all(map(_is_finite, column)) for column in columns):
+        return  # the schema's fault to report
+    t, at = columns[0], (*place, "table")
+    try:
+        for values in columns[1:]:
+            Table(tuple(t), tuple(values))
+    except ReferenceInputError as error:
+        yield at, str(error)
+        return
+    if t[0] > 0:
+        yield at, f"the first row is at t = {t[0]:g}; a table starts at 0 or before"
+    if given.get("interpolation") == "linear" and times is not None and t[-1] < times[-1] * (1 - 1e-9):
+        yield at, f"the last row is at t = {t[-1]:g} but the input is asked until t = {times[-1]:g}; add rows"

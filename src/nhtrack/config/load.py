@@ -1,0 +1,289 @@
+"""Scenario files to scenarios: every fault at once, each with its line, column and key."""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path as FilePath
+from typing import Any, Generic, TypeVar
+
+from pydantic import ValidationError
+from ruamel.yaml.error import YAMLError
+
+from nhtrack import assets
+from nhtrack.config.campaign import Campaign, campaign_findings
+from nhtrack.config.checks import Finding, findings, is_robot_file
+from nhtrack.config.csv_table import read_table
+from nhtrack.config.messages import shape_faults
+from nhtrack.config.schema import Scenario
+from nhtrack.config.section import Section
+from nhtrack.config.tree import Document, Path, ancestors, dotted, lookup, parse_path, parse_yaml, plain_value
+from nhtrack.errors import Fault, ScenarioError, did_you_mean
+
+Kind = TypeVar("Kind", bound=Section)
+
+
+@dataclass(frozen=True)
+class _Form(Generic[Kind]):
+    """A kind of file: its sections, and what its keys mean together."""
+
+    model: type[Kind]
+    findings: Callable[[Any, FilePath], Iterator[Finding]]
+    bundled: Callable[[], tuple[str, ...]]
+    find: Callable[[str], FilePath]
+
+
+_SCENARIO = _Form(Scenario, findings, assets.bundled_scenarios, assets.find_scenario)
+_CAMPAIGN_FAULT = Fault(0, 0, "", "this is a campaign; run it with `nhtrack campaign`")
+_CAMPAIGN = _Form(Campaign, campaign_findings, assets.bundled_campaigns, assets.find_campaign)
+
+
+def load_campaign(source: str | FilePath, overrides: Sequence[str] = ()) -> Campaign:
+    """Returns the campaign of a YAML file, or of a bundled campaign by name (`campaign/ideal`); as `load`.
+
+    Raises:
+        ScenarioError: everything wrong with it.
+    """
+    path = _path_of(source, _CAMPAIGN)
+    return _load_document(parse_yaml(_read(path)), path, path.parent, overrides, _CAMPAIGN)
+
+
+def is_campaign(tree: Any) -> bool:
+    """Returns whether a file's tree is meant as a campaign: it has several laws, where a scenario has one."""
+    return isinstance(tree, dict) and "laws" in tree and "law" not in tree
+
+
+def load_either(source: str | FilePath) -> Scenario | Campaign:
+    """Returns what a file says, or a bundled file of that name: a scenario or a campaign.
+
+    Raises:
+        ScenarioError: everything wrong with it.
+    """
+    if str(source) in assets.bundled_campaigns():
+        return load_campaign(source)
+    path = FilePath(source)
+    if path.is_file() and is_campaign(parse_yaml(_read(path)).tree):
+        return load_campaign(source)
+    return load(source)
+
+
+def load(source: str | FilePath, overrides: Sequence[str] = ()) -> Scenario:
+    """Returns the scenario of a YAML file, or of a bundled scenario by name (`paper/example1`).
+
+    Files it names (robot, CSV) are found relative to it; a CSV is read into the scenario, so that the
+    scenario alone reproduces the run.
+
+    Args:
+        source: path of the file, or the name of a bundled scenario.
+        overrides: changes such as `law.kp=3`, applied before anything is judged.
+
+    Raises:
+        ScenarioError: everything wrong with it.
+    """
+    path = _path_of(source, _SCENARIO)
+    return load_text(_read(path), source=path, directory=path.parent, overrides=overrides)
+
+
+def load_text(
+    text: str,
+    source: str | FilePath = "<text>",
+    directory: FilePath | None = None,
+    overrides: Sequence[str] = (),
+) -> Scenario:
+    """Returns the scenario of a YAML text.
+
+    Args:
+        text: the text.
+        source: how to call it in messages.
+        directory: what relative paths in it start from; the working directory by default.
+        overrides: as in `load`.
+
+    Raises:
+        ScenarioError: everything wrong with it.
+    """
+    return _load_document(parse_yaml(text), source, directory or FilePath.cwd(), overrides, _SCENARIO)
+
+
+def load_tree(
+    tree: Mapping[str, Any],
+    source: str | FilePath = "<scenario>",
+    directory: FilePath | None = None,
+    overrides: Sequence[str] = (),
+) -> Scenario:
+    """Returns the scenario of a tree, such as the one a recording carries; arguments as in `load_text`.
+
+    Raises:
+        ScenarioError: everything wrong with it.
+    """
+    document = Document(copy.deepcopy(dict(tree)))
+    return _load_document(document, source, directory or FilePath.cwd(), overrides, _SCENARIO)
+
+
+def apply_overrides(tree: Any, overrides: Iterable[str]) -> Any:
+    """Returns a copy of a tree with `key.path=value` changes made, each value read as YAML.
+
+    Sections on the way are made where they are missing; a list item must exist. The file of a law starts from the
+    working directory.
+
+    Raises:
+        ScenarioError: a change that is not of that form, or whose place does not exist.
+    """
+    changed, faults = copy.deepcopy(tree), list[Fault]()
+    for text in overrides:
+        try:
+            path, value = parse_override(text)
+            _assign(changed, path, _from_here(path, value))
+        except ValueError as error:
+            faults.append(Fault(0, 0, "", f"--set {text}: {error}"))
+    if faults:
+        raise ScenarioError("command line", faults)
+    return changed
+
+
+def parse_override(text: str) -> tuple[Path, Any]:
+    """Returns the path and the value of a `key.path=value` text.
+
+    Raises:
+        ValueError: not of that form, or a value that is not YAML.
+    """
+    key, equals, value = text.partition("=")
+    if not equals:
+        raise ValueError("expected key.path=value")
+    path = parse_path(key.strip())
+    try:
+        return path, plain_value(value)
+    except YAMLError:
+        raise ValueError(f"{value!r} is not a YAML value") from None
+
+
+def _from_here(path: Path, value: Any) -> Any:
+    """Returns a value with the file of a law, if it is one, by its full path."""
+    if path == ("law", "file") and isinstance(value, str) and value:
+        return str(FilePath(value).resolve())
+    if path == ("law",) and isinstance(value, dict) and "file" in value:
+        return {**value, "file": _from_here(("law", "file"), value["file"])}
+    return value
+
+
+def _assign(tree: Any, path: Path, value: Any) -> None:
+    """Sets the value at a path of a tree, making sections on the way."""
+    node = tree
+    for i, step in enumerate(path):
+        last = i == len(path) - 1
+        where = dotted(path[:i]) or "the scenario"
+        if isinstance(step, int):
+            if not isinstance(node, list):
+                raise ValueError(f"{where} is not a list")
+            if step >= len(node):
+                raise ValueError(f"{where} has {len(node)} items, counted from 0")
+        elif not isinstance(node, dict):
+            raise ValueError(f"{where} is not a section with keys")
+        elif not last and not isinstance(node.get(step), (dict, list)):
+            node[step] = {}
+        if last:
+            node[step] = value
+        else:
+            node = node[step]
+
+
+def _load_document(
+    document: Document, source: str | FilePath, directory: FilePath, overrides: Sequence[str], form: _Form[Kind]
+) -> Kind:
+    """Returns what a parsed file says; runs every check that still can."""
+    if document.tree is None:
+        raise ScenarioError(source, document.faults or [Fault(0, 0, "", "the file is empty")])
+    if form is _SCENARIO and is_campaign(document.tree):
+        raise ScenarioError(source, [_CAMPAIGN_FAULT])
+    tree = apply_overrides(document.tree, overrides)
+    changed = {parse_override(text)[0]: text for text in overrides}
+    problems: list[tuple[Path, str]] = []
+    loaded = None
+    tree = _resolve(tree, directory, problems)
+    try:
+        loaded = form.model.model_validate(tree)
+    except ValidationError as error:
+        problems += shape_faults(tree, error)
+    known = {path for path, _ in problems}
+    problems += [(path, message) for path, message in form.findings(tree, directory) if path not in known]
+    faults = document.faults + [
+        _placed(path, message, document, changed) for path, message in problems if path not in document.unreadable
+    ]
+    if faults or loaded is None:
+        raise ScenarioError(source, list(dict.fromkeys(faults)))
+    return loaded
+
+
+def _placed(path: Path, message: str, document: Document, changed: Mapping[Path, str]) -> Fault:
+    """Returns the fault of a path, placed at its key or the nearest above it, or on the command line."""
+    for here in ancestors(path):
+        if here in changed:
+            return Fault(0, 0, dotted(path), f"{message} (from --set {changed[here]})")
+        if here in document.positions:
+            return Fault(*document.positions[here], dotted(path), message)
+    return Fault(0, 0, dotted(path), message)
+
+
+def _resolve(tree: Any, directory: FilePath, problems: list[tuple[Path, str]]) -> Any:
+    """Returns the tree with the files it names found: robot and law by full paths, a CSV file as a table."""
+    if not isinstance(tree, dict):
+        return tree
+    resolved = {**tree, **_law_files(tree, directory)}
+    robot, given = tree.get("robot"), lookup(tree, ("leader", "input"))
+    if isinstance(robot, str) and robot not in assets.robots() and is_robot_file(robot):
+        resolved["robot"] = str((directory / robot).resolve())
+    if isinstance(given, dict) and isinstance(given.get("csv"), str) and given["csv"]:
+        try:
+            table = read_table(directory / given["csv"])
+        except ValueError as error:
+            problems.append((("leader", "input", "csv"), str(error)))
+        else:
+            rest = {key: value for key, value in given.items() if key != "csv"}
+            resolved["leader"] = {**tree["leader"], "input": {"table": table, **rest}}
+    return resolved
+
+
+def _law_files(tree: Mapping[str, Any], directory: FilePath) -> dict[str, Any]:
+    """Returns the laws of a tree that are files, with their full paths: `law` of a scenario, `laws` of a campaign."""
+
+    def found(law: Any) -> Any:
+        if isinstance(law, dict) and isinstance(law.get("file"), str) and law["file"]:
+            return {**law, "file": str((directory / law["file"]).resolve())}
+        return law
+
+    several = tree.get("laws")
+    resolved = {"law": found(tree["law"])} if "law" in tree else {}
+    if isinstance(several, dict):
+        resolved["laws"] = {label: found(law) for label, law in several.items()}
+    return resolved
+
+
+def _path_of(source: str | FilePath, form: _Form[Any]) -> FilePath:
+    """Returns the file meant by a path or by the name of a bundled file."""
+    path, kind = FilePath(source), form.model.__name__.lower()
+    if path.is_dir():
+        raise ScenarioError(source, [Fault(0, 0, "", f"this is a directory; name a {kind} file in it")])
+    if path.exists():
+        return path
+    name, bundled = str(source), form.bundled()
+    if name in bundled:
+        return form.find(name)
+    if form is _SCENARIO and name in assets.bundled_campaigns():
+        raise ScenarioError(source, [_CAMPAIGN_FAULT])
+    hint = did_you_mean(name.removesuffix(".yaml"), bundled)
+    raise ScenarioError(source, [Fault(0, 0, "", f"no such file, and no bundled {kind} of that name; {hint}")])
+
+
+def _read(path: FilePath) -> str:
+    """Returns the text of a file."""
+    try:
+        data = path.read_bytes()
+    except OSError as error:
+        raise ScenarioError(path, [Fault(0, 0, "", f"cannot be read: {error.strerror}")]) from None
+    try:
+        return data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = data.count(b"\n", 0, error.start) + 1
+        column = error.start - data.rfind(b"\n", 0, error.start)
+        message = f"not UTF-8 text (byte 0x{data[error.start]:02x}); save the file as UTF-8"
+        raise ScenarioError(path, [Fault(line, column, "", message)]) from None

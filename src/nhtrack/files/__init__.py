@@ -1,0 +1,1 @@
+"""Files and results folders that are whole or not there."""

@@ -1,0 +1,1 @@
+"""What figures, films and pages agree on."""

@@ -1,0 +1,1 @@
+"""What a robot is to its controller: reduced models and motors."""

@@ -1,0 +1,279 @@
+"""Dynamics of a differential-drive robot that does not slip, in the two velocities (v, omega) that are left to it.
+
+Body frame: origin at the axle midpoint on the axle, x forward, y along the axle to the left, z up. Planar inertia of
+the whole robot about that point, in the order (v_x, v_y, omega):
+
+    I = [[m, 0, -m c_y], [0, m, m c_x], [-m c_y, m c_x, J_axle]]
+
+with CoM (c_x, c_y) and J_axle its inertia about the vertical through the axle midpoint. The wheels' spin adds
+2 I_w / r^2 to the mass and 2 I_w b^2 / r^2 to the yaw inertia that the motors feel, but asks nothing of the ground.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from nhtrack import se2
+from nhtrack.arrays import Array, namespace
+from nhtrack.ground import LEVEL, Gravity
+from nhtrack.robots.motor import Motor
+
+
+class Wrench(NamedTuple):
+    """Planar force and moment at the axle midpoint, body frame: f_x [N], f_y [N], tau [N m]; any shape."""
+
+    f_x: Array
+    f_y: Array
+    tau: Array
+
+
+@dataclass(frozen=True)
+class DiffDrive:
+    """Reduced model of one robot; every number is read from its MJCF by `identify`.
+
+    Attributes:
+        wheel_radius: r [m].
+        half_separation: b, from the axle midpoint to a wheel [m].
+        mass: m, the whole robot [kg].
+        axle_inertia: J_axle, the whole robot about the vertical through the axle midpoint [kg m^2].
+        wheel_inertia: I_w, spin of one wheel with its motor's reflected rotor [kg m^2].
+        com: CoM in the body frame (x, y) and its height above the floor [m], shape (3,).
+        casters: contact points of the casters in the body frame (x, y) [m], shape (k, 2).
+        motor: limits of each wheel motor.
+        reflected_inertia: the part of I_w that is the rotor's, seen through the gears; it turns inside the chassis and
+            tips nothing [kg m^2].
+        products: elements (xz, yz) of the whole robot's inertia tensor about its CoM, axes as the body frame [kg m^2].
+        levelled: whether a planar base keeps the robot level, so that the wheels share the weight whatever it does.
+    """
+
+    wheel_radius: float
+    half_separation: float
+    mass: float
+    axle_inertia: float
+    wheel_inertia: float
+    com: tuple[float, float, float]
+    casters: tuple[tuple[float, float], ...]
+    motor: Motor
+    reflected_inertia: float = 0.0
+    products: tuple[float, float] = (0.0, 0.0)
+    levelled: bool = False
+
+    @property
+    def wheel_separation(self) -> float:
+        """Distance between the wheels, 2 b [m]."""
+        return 2 * self.half_separation
+
+    @property
+    def m_eff(self) -> float:
+        """Mass the motors feel, m + 2 I_w / r^2 [kg]."""
+        return self.mass + 2 * self.wheel_inertia / self.wheel_radius**2
+
+    @property
+    def J_eff(self) -> float:
+        """Yaw inertia the motors feel, J_axle + 2 I_w b^2 / r^2 [kg m^2]."""
+        return self.axle_inertia + 2 * self.wheel_inertia * (self.half_separation / self.wheel_radius) ** 2
+
+    @property
+    def first_moment(self) -> tuple[float, float]:
+        """First moments m c_x and m c_y of the whole robot [kg m]."""
+        return self.mass * self.com[0], self.mass * self.com[1]
+
+    @property
+    def mass_matrix(self) -> np.ndarray:
+        """S^T M S = [[m_eff, -m c_y], [-m c_y, J_eff]], the inertia in (v, omega)."""
+        return np.array([[self.m_eff, -self.first_moment[1]], [-self.first_moment[1], self.J_eff]])
+
+    @property
+    def planar_inertia(self) -> np.ndarray:
+        """I of the module's equation, without the wheels' spin, shape (3, 3)."""
+        m_x, m_y = self.first_moment
+        return np.array([[self.mass, 0.0, -m_y], [0.0, self.mass, m_x], [-m_y, m_x, self.axle_inertia]])
+
+    def wheel_places(self, g: Array) -> Array:
+        """Returns where the wheels (left, right) of robots at poses g, shape (..., 3), touch the floor, (..., 2, 2)."""
+        xp = namespace(g)
+        across = self.half_separation * xp.stack([-xp.sin(g[..., 2]), xp.cos(g[..., 2])], axis=-1)
+        return xp.stack([g[..., :2] + across, g[..., :2] - across], axis=-2)
+
+    def ground_wrench(self, v: Array, omega: Array, u_x: Array, u_theta: Array, gravity: Gravity = LEVEL) -> Wrench:
+        """Returns the wrench that wheel friction must supply, the friction demand.
+
+        Euler-Poincare with v_y = 0, `F = I u - ad_xi^T I xi`, less what gravity does along a slope:
+
+            f_x = m (u_x - g_x) - m c_y u_theta - m c_x omega^2
+            f_y = m (omega v - g_y) + m c_x u_theta - m c_y omega^2
+            tau = J_axle u_theta - m c_y (u_x - g_x) + m c_x (omega v - g_y)
+
+        Args:
+            v: forward velocity [m/s], any shape; the others broadcast with it.
+            omega: yaw rate [rad/s].
+            u_x: forward acceleration [m/s^2].
+            u_theta: yaw acceleration [rad/s^2].
+            gravity: in the body frame.
+        """
+        m_x, m_y = self.first_moment
+        square, ahead, aside = omega * omega, u_x - gravity.x, omega * v - gravity.y
+        return Wrench(
+            self.mass * ahead - m_y * u_theta - m_x * square,
+            self.mass * aside + m_x * u_theta - m_y * square,
+            self.axle_inertia * u_theta - m_y * ahead + m_x * aside,
+        )
+
+    def wheel_torques(self, v: Array, omega: Array, u_x: Array, u_theta: Array, gravity: Gravity = LEVEL) -> Array:
+        """Returns the wheel torques (left, right) [N m], shape (..., 2), that accelerate the robot by (u_x, u_theta).
+
+        The motors supply the longitudinal force and the moment of `ground_wrench` and the wheels' own spin-up,
+        `f = f_x + (2 I_w / r^2) u_x`, `t = tau + (2 I_w b^2 / r^2) u_theta`, split as `r/2 (f -+ t/b)`.
+
+        Args:
+            v: forward velocity [m/s], any shape; the others broadcast with it.
+            omega: yaw rate [rad/s].
+            u_x: forward acceleration [m/s^2].
+            u_theta: yaw acceleration [rad/s^2].
+            gravity: in the body frame.
+        """
+        xp = namespace(v, omega, u_x, u_theta)
+        f_x, _, tau = self.ground_wrench(v, omega, u_x, u_theta, gravity)
+        r, b = self.wheel_radius, self.half_separation
+        spin = 2 * self.wheel_inertia / r**2
+        half_force = (r / 2) * (f_x + spin * u_x)
+        half_moment = (r / (2 * b)) * (tau + spin * b**2 * u_theta)
+        return xp.stack([half_force - half_moment, half_force + half_moment], axis=-1)
+
+    @cached_property
+    def ground_map(self) -> np.ndarray:
+        """Matrix of `ground_wrench`: (f_x, f_y, tau) = (u_x, u_theta, omega^2, omega v, g_x, g_y) W, shape (6, 3).
+
+        With `torque_map` for simulations that evaluate these terms at times of their own.
+        """
+        m, (m_x, m_y) = self.mass, self.first_moment
+        ahead, aside = (m, 0.0, -m_y), (0.0, m, m_x)
+        turning, centripetal = (-m_y, m_x, self.axle_inertia), (-m_x, -m_y, 0.0)
+        return np.array([ahead, turning, centripetal, aside, np.negative(ahead), np.negative(aside)])
+
+    @cached_property
+    def torque_map(self) -> np.ndarray:
+        """Matrix of `wheel_torques`, in the terms of `ground_map`, shape (6, 2)."""
+        r, b = self.wheel_radius, self.half_separation
+        force, moment = self.ground_map[:, 0].copy(), self.ground_map[:, 2].copy()
+        force[0] += 2 * self.wheel_inertia / r**2
+        moment[1] += 2 * self.wheel_inertia * (b / r) ** 2
+        return r / 2 * np.stack([force - moment / b, force + moment / b], axis=-1)
+
+    def wheel_speeds(self, v: Array, omega: Array) -> Array:
+        """Returns the speeds [rad/s] of wheels that roll without slip, (v -+ b omega)/r, shape (..., 2)."""
+        xp = namespace(v, omega)
+        across = self.half_separation * omega
+        return xp.stack([v - across, v + across], axis=-1) / self.wheel_radius
+
+    def wheel_loads(self, v: Array, omega: Array, u_x: Array, u_theta: Array, gravity: Gravity = LEVEL) -> Array:
+        """Returns the quasi-static normal forces (left, right) [N], shape (..., 2).
+
+        Balance of the force along the floor's normal, pitch and roll about the axle's ground point, with the inertia of
+        the CoM at height h, of the spinning wheels (I each, without rotors) and of a body that is not symmetric to its
+        vertical axis (I_xz, I_yz), and (f_x, f_y) of `ground_wrench`:
+
+            sum N = m g_n
+            sum N x = m g_n c_x - h f_x - 2 I u_x / r - I_yz u_theta - I_xz omega^2
+            sum N y = m g_n c_y - h f_y - 2 I omega v / r + I_xz u_theta - I_yz omega^2
+
+        over the wheels and casters at (x, y): exact for three supports, least squares for more. A negative load means
+        that the wheel would lift. On a planar base each wheel bears half of the weight.
+        """
+        xp = namespace(v, omega, u_x, u_theta)
+        f_x, f_y, _ = self.ground_wrench(v, omega, u_x, u_theta, gravity)
+        c_x, c_y, height = self.com
+        weight = self.mass * gravity.normal
+        if self.levelled:
+            half = xp.full_like(f_x + f_y, weight / 2)
+            return xp.stack([half, half], axis=-1)
+        spin = 2 * (self.wheel_inertia - self.reflected_inertia) / self.wheel_radius
+        I_xz, I_yz = self.products
+        pitch = weight * c_x - height * f_x - spin * u_x - I_yz * u_theta - I_xz * omega * omega
+        roll = weight * c_y - height * f_y - spin * omega * v + I_xz * u_theta - I_yz * omega * omega
+        left, right = (row[0] * weight + row[1] * pitch + row[2] * roll for row in self.load_solution.tolist())
+        return xp.stack([left, right], axis=-1)
+
+    @cached_property
+    def load_solution(self) -> np.ndarray:
+        """Rows of the inverse of the support geometry that give the left and the right wheel's load, shape (2, 3)."""
+        wheels = [(0.0, self.half_separation), (0.0, -self.half_separation)]
+        points = np.array([*wheels, *self.casters])
+        balance = np.vstack([np.ones(len(points)), points.T])
+        solution = np.linalg.pinv(balance)
+        return np.ascontiguousarray(solution[:2])
+
+    def caster_load(self, v: Array, omega: Array, u_x: Array, u_theta: Array, gravity: Gravity = LEVEL) -> Array:
+        """Returns what the casters bear together [N], the weight less `wheel_loads`; negative where they would lift."""
+        wheels = self.wheel_loads(v, omega, u_x, u_theta, gravity)
+        return self.mass * gravity.normal - wheels[..., 0] - wheels[..., 1]
+
+    def friction_demand(self, v: Array, omega: Array, u_x: Array, u_theta: Array, gravity: Gravity = LEVEL) -> Array:
+        """Returns the horizontal force that each wheel asks of the floor [N], shape (..., 2).
+
+        Longitudinal force of a wheel f_x/2 -+ tau/(2 b), lateral force f_y/2: the two wheels share an axle, so only
+        their sum is determined; equal shares are assumed.
+        """
+        xp = namespace(v, omega, u_x, u_theta)
+        f_x, f_y, tau = self.ground_wrench(v, omega, u_x, u_theta, gravity)
+        moment = tau / self.half_separation
+        longitudinal = xp.stack([f_x - moment, f_x + moment], axis=-1) / 2
+        return xp.hypot(longitudinal, f_y[..., None] / 2)
+
+    def friction_utilisation(
+        self,
+        v: Array,
+        omega: Array,
+        u_x: Array,
+        u_theta: Array,
+        friction: Array | float,
+        gravity: Gravity = LEVEL,
+    ) -> Array:
+        """Returns the predicted utilisation of each wheel, hypot(f_long, f_lat)/(mu N), shape (..., 2).
+
+        Force from `friction_demand`, load from `wheel_loads`, mu from `friction`, a number or one for each wheel.
+        Infinite where the wheel would lift or friction is zero and a force is asked for, zero where none is.
+        """
+        demand = self.friction_demand(v, omega, u_x, u_theta, gravity)
+        return utilisation(demand, friction * self.wheel_loads(v, omega, u_x, u_theta, gravity))
+
+    def acceleration(self, v: Array, omega: Array, torque: Array) -> Array:
+        """Returns (u_x, u_theta) under wheel torques (left, right), both (..., 2); inverse of `wheel_torques`."""
+        xp = namespace(v, omega, torque)
+        m_x, _ = self.first_moment
+        free = xp.stack([m_x * omega * omega, -m_x * omega * v], axis=-1)
+        return self.gained(torque) + free @ xp.asarray(np.linalg.inv(self.mass_matrix))
+
+    def gained(self, torque: Array) -> Array:
+        """Returns what wheel torques (left, right) add to (u_x, u_theta), both (..., 2)."""
+        xp = namespace(torque)
+        return torque @ xp.asarray(self.torque_gain)
+
+    @cached_property
+    def torque_gain(self) -> np.ndarray:
+        """Matrix of `gained`: rows left and right, columns u_x and u_theta, shape (2, 2)."""
+        r, b = self.wheel_radius, self.half_separation
+        return np.array([[1.0, -b], [1.0, b]]) / r @ np.linalg.inv(self.mass_matrix)
+
+
+def utilisation(demand: Array, limit: Array) -> Array:
+    """Returns demand/limit; infinite where the limit is not positive but a force is asked for, zero where none is."""
+    xp = namespace(demand, limit)
+    positive = limit > 0
+    ratio = demand / xp.where(positive, limit, xp.ones_like(limit))
+    return xp.where(positive, ratio, xp.where(demand > 0, xp.full_like(demand, float("inf")), xp.zeros_like(demand)))
+
+
+def euler_poincare_wrench(inertia: Array, xi: Array, u: Array) -> Array:
+    """Returns F = I u - ad_xi^T I xi, shape (..., 3): the compensation that makes any planar body an integrator.
+
+    Args:
+        inertia: planar inertia I in the order (v_x, v_y, omega), shape (3, 3).
+        xi: body twists, shape (..., 3).
+        u: body accelerations (u_x, u_y, u_theta), shape (..., 3).
+    """
+    return u @ inertia.T - se2.ad_transpose(xi, xi @ inertia.T)

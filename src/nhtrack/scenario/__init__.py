@@ -1,1 +1,0 @@
-"""Scenario files: their schema, their faults, and the objects they become."""

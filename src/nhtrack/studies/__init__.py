@@ -1,0 +1,1 @@
+"""What is done with scenarios, one folder each: command, work, result, figures, report."""

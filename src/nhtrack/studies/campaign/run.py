@@ -1,0 +1,296 @@
+"""A campaign from its file to its tables: planned in parts, done in processes, gone on with where it was left."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Callable, Iterator, Mapping
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from dataclasses import dataclass
+from itertools import product
+from multiprocessing import get_context
+from pathlib import Path
+from typing import Any, NamedTuple, TypeVar
+
+import numpy as np
+import pandas as pd
+
+from nhtrack.config.campaign import Campaign
+from nhtrack.config.documentation import json_schema
+from nhtrack.config.edit import scenario_text
+from nhtrack.config.schema import Similarity
+from nhtrack.errors import NhtrackError
+from nhtrack.experiment.build import Experiment
+from nhtrack.experiment.compile import compile_once
+from nhtrack.experiment.loop import Progress
+from nhtrack.simulation.ideal import IdealSimulation
+from nhtrack.simulation.mujoco import MujocoSimulation, stepped_scene
+from nhtrack.simulation.scene import reduced_models
+from nhtrack.studies.campaign.cell import Cell
+from nhtrack.studies.campaign.outcomes import figures_of, statistics_of
+from nhtrack.studies.campaign.tables import cells_of, rows_of, save_cells, save_runs, worst_first
+from nhtrack.studies.feasibility.run import fitting_time
+from nhtrack.studies.run.run import save_json, versions
+from nhtrack.studies.tune.run import tune
+
+PART = {"ideal": 1000, "mujoco": 250}  # starts in a part: few enough for the caches, and to lose little when stopped
+
+# What gains depend on, with the time scale; neither backend nor starts.
+_TUNED_BY = ("duration", "robot", "physics", "control_rate", "laws", "families", "tuning")
+
+Key = tuple[str, str]
+Task = TypeVar("Task")
+Result = TypeVar("Result")
+
+
+class CampaignError(NhtrackError):
+    """A campaign that cannot be gone on with."""
+
+
+class Part(NamedTuple):
+    """Some starts of a cell, and the file their rows are written to."""
+
+    cell: Cell
+    starts: slice
+    path: Path
+
+
+@dataclass(frozen=True)
+class Results:
+    """What a campaign left behind.
+
+    Attributes:
+        campaign: with its time scale as a number.
+        runs: a row for every run, see `nhtrack.studies.campaign.tables.COLUMNS`.
+        cells: a row for every law and family.
+        worst: the scenario file of the worst run of each law, by label.
+        files: the tables written.
+    """
+
+    campaign: Campaign
+    runs: pd.DataFrame
+    cells: pd.DataFrame
+    worst: Mapping[str, Path]
+    files: tuple[Path, ...]
+
+
+def run_campaign(
+    campaign: Campaign,
+    folder: Path,
+    stage: Callable[[str], Progress] | None = None,
+    processes: int | None = None,
+    tuned_by: Path | None = None,
+) -> Results:
+    """Runs a campaign into a folder; what is there of it already is kept.
+
+    The folder gets `campaign.json` (what was asked for, and versions), `tuning/` (gains found), `parts/` (rows of some
+    starts each), and at the end `runs.parquet`, `cells.csv` and `worst/` (a scenario file for each law).
+
+    Args:
+        campaign: what to run.
+        folder: where to; one that holds another campaign is refused.
+        stage: called with the name of each stage; returns what to report its progress to.
+        processes: how many at once; one for each core by default.
+        tuned_by: folder of a campaign whose gains are taken: the same laws, families, time scale and tuning.
+
+    Raises:
+        CampaignError: the folder holds another campaign, or what was tuned is not the same.
+        FeasibilityError: `time: auto`, and no time scale fits.
+        TuningError: a law to be tuned has no ranges.
+    """
+    report = stage or (lambda name: lambda done, total: None)
+    compile_once(stage)
+    campaign = _claim(campaign, folder, report)
+    if tuned_by is not None:
+        _take_gains(campaign, tuned_by, folder)
+    workers = processes or os.cpu_count() or 1
+    gains = _tuned(campaign, folder, report("tuning"), workers)
+    cells = {key: Cell(campaign, *key, gains.get(key, {})) for key in product(campaign.laws, campaign.family_names)}
+    parts = [part for cell in cells.values() for part in _parts(cell, folder)]
+    _all([part for part in parts if not part.path.exists()], run_part, report("runs"), workers)
+    runs = pd.concat([pd.read_parquet(part.path) for part in parts], ignore_index=True)
+    arrival = campaign.arrival
+    limits = {"position_limit": arrival.position, "heading_limit": arrival.heading}
+    table = cells_of(runs, gains, backend=campaign.backend, **limits)
+    files = (save_runs(runs, folder / "runs.parquet"), save_cells(table, folder / "cells.csv"))
+    return Results(campaign, runs, table, _worst(cells, runs, folder / "worst"), files)
+
+
+def write_report(results: Results, folder: Path) -> Path:
+    """Writes the report of a campaign into its folder.
+
+    Args:
+        results: of `run_campaign`.
+        folder: that it was run into.
+    """
+    from nhtrack.studies.campaign.report import Account, write
+
+    versions_then = json.loads((folder / "campaign.json").read_text())["versions"]
+    worst = {label: path.relative_to(folder).as_posix() for label, path in results.worst.items()}
+    tree = results.campaign.model_dump(mode="json")
+    account = Account(tree, versions_then, worst, json_schema(Campaign))
+    return write(results.runs, results.cells, account, folder / "report.html")
+
+
+def run_part(part: Part) -> None:
+    """Runs some starts side by side and writes their rows."""
+    save_runs(measure(part.cell, part.starts), part.path)
+
+
+@np.errstate(over="ignore", invalid="ignore")  # what is lost is told by the table
+def measure(cell: Cell, starts: slice) -> pd.DataFrame:
+    """Returns the rows of some consecutive starts of a cell, run side by side."""
+    experiment, campaign = cell.experiment(starts), cell.campaign
+    simulation = _simulation(experiment, campaign.backend)
+    statistics = statistics_of(campaign, experiment)
+    failure = experiment.record(simulation, statistics)
+    if failure is not None:  # of the law itself; a robot that is lost is a figure
+        raise failure
+    return rows_of(cell, starts.start, figures_of(statistics, campaign, experiment, simulation.lost))
+
+
+def _simulation(experiment: Experiment, backend: str) -> IdealSimulation | MujocoSimulation:
+    spec = experiment.scene
+    if backend == "ideal":
+        plant = reduced_models(spec)[1]
+        return IdealSimulation(
+            experiment.network.names, plant, experiment.dt, spec.ground, virtual_root=True, keep_going=True
+        )
+    batch = experiment.start.g.shape[:1]
+    return MujocoSimulation(stepped_scene(spec), experiment.dt, batch, spec=spec, keep_going=True)
+
+
+def _parts(cell: Cell, folder: Path) -> Iterator[Part]:
+    """Yields a cell in parts."""
+    count, size = cell.campaign.starts.count, PART[cell.campaign.backend]
+    for first in range(0, count, size):
+        name = f"{_slug(cell.label)}-{_slug(cell.family)}-{first}.parquet"
+        yield Part(cell, slice(first, min(first + size, count)), folder / "parts" / name)
+
+
+def _slug(text: str) -> str:
+    return text.replace(" ", "_")
+
+
+def _claim(campaign: Campaign, folder: Path, report: Callable[[str], Progress]) -> Campaign:
+    """Returns the campaign with its time scale, after its account is written or found to be the same."""
+    account = folder / "campaign.json"
+    asked = campaign.model_dump(mode="json")
+    if account.is_file():
+        held = json.loads(account.read_text())
+        if held["asked"] != asked:
+            raise CampaignError(f"{folder} holds another campaign; choose another --out")
+        if held.get("laws", {}) != _hashes(campaign):
+            raise CampaignError(f"{folder} was begun with another text of a law's file; choose another --out")
+        return _at_time(campaign, float(held["time_scale"]))
+    if folder.is_dir() and any(folder.iterdir()):
+        raise CampaignError(f"{folder} exists already and holds no campaign; choose another --out")
+    campaign = with_time(campaign, report("time scale"))
+    begun = {"asked": asked, "time_scale": campaign.similarity.time_scale, "laws": _hashes(campaign)}
+    save_json(account, begun | {"versions": versions()})
+    return campaign
+
+
+def _hashes(campaign: Campaign) -> dict[str, str]:
+    """Returns the hashes of the files of laws that are not the package's own, by label."""
+    return {label: law.kind.hash for label, law in campaign.laws.items() if not law.kind.built_in}
+
+
+def with_time(campaign: Campaign, progress: Progress | None = None) -> Campaign:
+    """Returns the campaign with a number for `time: auto`: the smallest at which every family fits.
+
+    Leader, here a robot as well, and probing followers run under the first law without its limits, which would let
+    them fit at any time scale but no longer follow.
+
+    Raises:
+        FeasibilityError: none fits.
+    """
+    if campaign.similarity.time != "auto":
+        return campaign
+    label, law = next(iter(campaign.laws.items()))
+    free = law.model_copy(update={"limits": None}) if "limits" in type(law).model_fields else law
+    starts = campaign.starts.model_copy(update={"count": campaign.probes})
+    guess = Similarity(length=campaign.similarity.length, friction_margin=campaign.similarity.friction_margin)
+    probe = campaign.model_copy(update={"laws": {label: free}, "starts": starts, "similarity": guess})
+    times = []
+    for done, family in enumerate(campaign.family_names):
+        scenario = Cell(probe, label, family).scenario(*range(campaign.probes), virtual=False)
+        times.append(fitting_time(scenario.model_copy(update={"similarity": campaign.similarity})))
+        if progress is not None:
+            progress(done + 1, len(campaign.family_names))
+    return _at_time(campaign, max(times))
+
+
+def _at_time(campaign: Campaign, time: float) -> Campaign:
+    return campaign.model_copy(update={"similarity": campaign.similarity.model_copy(update={"time": time})})
+
+
+def _tuned(campaign: Campaign, folder: Path, progress: Progress, workers: int) -> dict[Key, dict[str, float]]:
+    """Returns the gains of the laws to be tuned, by label and family, searched where they are not there yet."""
+    if campaign.tuning is None:
+        return {}
+    keys = list(product(campaign.tuning.laws, campaign.family_names))
+    paths = {key: folder / "tuning" / f"{_slug(key[0])}-{_slug(key[1])}.json" for key in keys}
+    missing = [_Search(campaign, *key, path) for key, path in paths.items() if not path.exists()]
+    _all(missing, _search, progress, workers)
+    return {key: json.loads(path.read_text())["gains"] for key, path in paths.items()}
+
+
+def _take_gains(campaign: Campaign, source: Path, folder: Path) -> None:
+    """Copies the gains that another campaign found for the same laws, families, time scale and tuning."""
+    account = source / "campaign.json"
+    if not account.is_file():
+        raise CampaignError(f"{source} holds no campaign")
+    held, asked = json.loads(account.read_text()), campaign.model_dump(mode="json")
+    changed = [key for key in _TUNED_BY if held["asked"][key] != asked[key]]
+    changed += ["similarity.time"] if held["time_scale"] != campaign.similarity.time_scale else []
+    if changed:
+        raise CampaignError(f"{source} was tuned for something else: {', '.join(changed)} differ")
+    for path in sorted((source / "tuning").glob("*.json")):
+        save_json(folder / "tuning" / path.name, json.loads(path.read_text()))
+
+
+class _Search(NamedTuple):
+    """Gains of a law against a family to be searched, and the file they are written to."""
+
+    campaign: Campaign
+    label: str
+    family: str
+    path: Path
+
+
+def _search(search: _Search) -> None:
+    """Tunes a law on a run of several followers, whose starts are not the campaign's."""
+    campaign, tuning = search.campaign, search.campaign.tuning
+    assert tuning is not None  # else nothing is searched
+    starts = campaign.starts.model_copy(update={"count": tuning.starts, "seed": tuning.seed, "special": 0.0})
+    cell = Cell(campaign.model_copy(update={"starts": starts, "backend": "ideal"}), search.label, search.family)
+    found = tune(cell.scenario(*range(tuning.starts)), None, tuning.budget, tuning.seed, below_bound=True)
+    save_json(search.path, {"gains": found.gains, "account": found.account, "leaves": found.leaves})
+
+
+def _all(tasks: list[Task], work: Callable[[Task], Result], progress: Progress, workers: int) -> None:
+    """Does tasks side by side in processes; what is done when one fails is on disk and stays."""
+    if not tasks:
+        return
+    with ProcessPoolExecutor(min(workers, len(tasks)), mp_context=get_context("spawn")) as pool:
+        futures = [pool.submit(work, task) for task in tasks]
+        try:
+            for done, future in enumerate(as_completed(futures), start=1):
+                future.result()
+                progress(done, len(tasks))
+        except BaseException:
+            pool.shutdown(cancel_futures=True)
+            raise
+
+
+def _worst(cells: Mapping[Key, Cell], runs: pd.DataFrame, folder: Path) -> dict[str, Path]:
+    """Writes the scenario of each law's worst run, and returns the files by label."""
+    written = {}
+    for label, part in runs.groupby("law", sort=False):
+        worst: Any = worst_first(part).iloc[0]
+        cell, path = cells[str(label), worst["family"]], folder / f"{_slug(str(label))}.yaml"
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(scenario_text(cell.scenario(int(worst["start"]))), encoding="utf-8")
+        written[str(label)] = path
+    return written

@@ -1,0 +1,234 @@
+"""The page of a comparison: who was best at what, all laws on one floor and over one time."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from nhtrack.presentation.numbers import listed, quantity, seconds, share
+from nhtrack.recording import Recording
+from nhtrack.report.data import payload
+from nhtrack.report.page import Page, write_page
+from nhtrack.report.panels import decades
+from nhtrack.report.scenario_listing import meanings, yaml_text
+from nhtrack.report.timed import SCRIPTS, SECTIONS, timed_contents, with_film
+from nhtrack.studies.run.report import Extras
+
+Row = Mapping[str, Any]  # of `laws` in a comparison's tree
+
+_JOINED = ("twist", "input", "wheel_torque", "friction_utilisation", "lateral_slip", "longitudinal_slip")
+_WILD, _MARGIN = 3.0, 0.06  # times the others' largest value that an axis still shows; room at its ends
+_SIZES = ("half_separation", "wheel_radius", "friction", "torque_limit")
+
+
+class Measure(NamedTuple):
+    """A column of the standings: its heading, its unit (`%` for a share), and what is said of the best at it."""
+
+    heading: str
+    unit: str
+    praise: str
+
+
+MEASURES: Mapping[str, Measure] = {
+    "late_position_error": Measure("late", "m", "is nearest to its place late in the run"),
+    "late_heading_error": Measure("late heading", "rad", "keeps its heading best late in the run"),
+    "settling_time": Measure("settled", "s", "settles first"),
+    "gap_position_rms": Measure("gap RMS", "m", "is closest to its ideal twin"),
+    "peak_utilisation": Measure("friction", "%", "asks least of the floor"),
+    "torque_saturation_share": Measure("saturation", "%", "has its motors at their limits least often"),
+    "effort_x": Measure("RMS u_x", "m/s²", "speeds up and brakes least"),
+    "effort_theta": Measure("RMS u_theta", "rad/s²", "turns in and out of bends least"),
+}
+
+
+def write(tree: Row, runs: Mapping[str, Recording], merged: Recording, path: Path, extras: Extras) -> Path:
+    """Writes the page of a comparison; the file appears under its name only once it is whole.
+
+    Args:
+        tree: what the comparison found, as plain values (`comparison.json`).
+        runs: of the laws, by their labels.
+        merged: all of them as one (`nhtrack.video.together.together`).
+        path: file to write.
+        extras: film and schema.
+    """
+    return write_page(compare_page(tree, runs, merged, extras), path)
+
+
+def compare_page(tree: Row, runs: Mapping[str, Recording], merged: Recording, extras: Extras) -> Page:
+    """Returns what the page of a comparison shows. Arguments as `write`."""
+    whole = joined(merged, runs)
+    data, film = with_film(payload(whole), whole, extras.film)
+    kept = {label for label, run in runs.items() if run.outcome == "completed"}
+    data["panels"] = [fitted(panel, kept, whole) for panel in data["panels"]] if kept else data["panels"]
+    colours = {robot["name"]: robot["colour"] for robot in data["robots"]}
+    groups = {row["label"]: f"{next(iter(runs.values())).followers[0]}-{row['label']}" for row in tree["laws"]}
+    return Page(
+        "compare.html.j2",
+        f"{tree['name']}: {len(tree['laws'])} {'laws' if len(tree['laws']) > 1 else 'law'}",
+        {"standings": "Standings", **SECTIONS, "laws": "Laws", "scenario": "Scenario"},
+        verdicts(tree),
+        [("With the same versions, this repeats the comparison, in the folder of this page:", _command(tree))],
+        tree["versions"],
+        description=tree["scenario"].get("description", ""),
+        alarm=_alarm(tree),
+        warnings=tree["warnings"],
+        facts=[("backend", data["backend"])],
+        scripts=SCRIPTS,
+        data=data,
+        contents=timed_contents(whole, data)
+        | {
+            "film": film,
+            "no_film": extras.no_film,
+            "standings": [row | {"colour": colours[groups[row["label"]]]} for row in _rows(tree)],
+            "headings": [measure.heading for measure in MEASURES.values()],
+            "laws": [_law(row) for row in tree["laws"]],
+            "notes": tree["notes"],
+            "yaml": yaml_text(tree["scenario"]),
+            "keys": meanings(tree["scenario"], extras.schema),
+        },
+    )
+
+
+def joined(merged: Recording, runs: Mapping[str, Recording]) -> Recording:
+    """Returns a recording of all runs that has their twists, commands, torques, slips and utilisations, too.
+
+    What a run did not record, and all of it after the run ended, is NaN.
+
+    Args:
+        merged: the root of the longest run, then the followers of each run.
+        runs: by their labels, in that order.
+    """
+    root = max(runs.values(), key=lambda run: len(run.time))
+    known = [name for name in _JOINED if all(name in run.dataset for run in runs.values())]
+    variables = {
+        name: (root[name].dims, np.concatenate([root[name].values[:, :1], *_followers(name, runs, root)], axis=1))
+        for name in known
+    }
+    sizes = {name: root.dataset.attrs[name] for name in _SIZES if name in root.dataset.attrs}
+    return Recording(merged.dataset.assign(variables).assign_attrs(sizes))
+
+
+def _followers(name: str, runs: Mapping[str, Recording], root: Recording) -> Iterator[np.ndarray]:
+    for run in runs.values():
+        values = run[name].values[:, 1:]
+        padded = np.full((len(root.time), *values.shape[1:]), np.nan)
+        padded[: len(values)] = values
+        yield padded
+
+
+def fitted(panel: Mapping[str, Any], kept: Iterable[str], recording: Recording) -> dict[str, Any]:
+    """Returns a panel whose axis fits the runs that completed: one gone wild would flatten the curves of all others.
+
+    Args:
+        panel: see `nhtrack.report.panels.make_panels`.
+        kept: labels of the runs that completed.
+        recording: of all runs.
+    """
+    groups = recording.groups
+    names = {recording.robots[0], *kept, *(name for label in kept for name in groups[label])}
+    values = [_values(curve) for curve in panel["curves"] if curve["name"] in names]
+    wanted = np.concatenate([np.zeros(0), *values])
+    every = np.concatenate([np.zeros(0), *(_values(curve) for curve in panel["curves"])])
+    if not wanted.size or np.abs(every).max() <= _WILD * np.abs(wanted).max():
+        return dict(panel)
+    room = _MARGIN * max(float(np.ptp(wanted)), 1e-9)
+    linear = [float(wanted.min()) - room, float(wanted.max()) + room]
+    return {**panel, "range": linear, "decades": decades(wanted) if panel["decades"] else None}
+
+
+def _values(curve: Mapping[str, Any]) -> np.ndarray:
+    """Returns all values of a curve or a band that are known."""
+    lines = [np.array(curve[name], dtype=float) for name in ("low", "y", "high") if name in curve]
+    values = np.concatenate(lines)
+    return np.asarray(values[np.isfinite(values)])
+
+
+# In words -------------------------------------------------------------------------------------------------------------
+
+
+def verdicts(tree: Row) -> list[str]:
+    """Returns sentences on which laws completed, which settled, and which is best at what."""
+    laws: Sequence[Row] = tree["laws"]
+    return [*_ends(laws), *_settled(laws), *_bests(laws, tree["best"])]
+
+
+def _alarm(tree: Row) -> str:
+    outcomes = [row["outcome"] for row in tree["laws"]]
+    if "completed" not in outcomes:
+        return "No law completed its run."
+    missing = any(warning.endswith("not run, the comparison was interrupted") for warning in tree["warnings"])
+    if missing or "interrupted" in outcomes:
+        return "The comparison was interrupted: not all laws have run to the end."
+    return ""
+
+
+def _ends(laws: Sequence[Row]) -> Iterator[str]:
+    whole = [row for row in laws if row["outcome"] == "completed"]
+    if len(whole) == len(laws):
+        yield f"All {len(laws)} laws completed their runs of {seconds(laws[0]['end'])}."
+    elif whole:
+        names = listed([row["label"] for row in whole])
+        yield f"{len(whole)} of {len(laws)} laws completed their runs of {seconds(whole[0]['end'])}: {names}."
+    for row in laws:
+        if row["outcome"] != "completed":
+            outcome = row["outcome"].replace(":", ",", 1)
+            yield f"{row['label']} did not: it {'was ' * (outcome == 'interrupted')}{outcome}, {_ended(row)}."
+
+
+def _ended(row: Row) -> str:
+    return f"and what it recorded ends at {seconds(row['end'])}"
+
+
+def _settled(laws: Sequence[Row]) -> Iterator[str]:
+    astray = [row for row in laws if row["outcome"] == "completed" and row["settling_time"] is None]
+    for row in astray:
+        late = quantity(row["late_position_error"], "m")
+        yield f"{row['label']} did not settle: its worst follower was off by up to {late} late in the run."
+
+
+def _bests(laws: Sequence[Row], best: Mapping[str, str]) -> Iterator[str]:
+    """Yields who is best at what, and by how much before the next."""
+    for name, measure in MEASURES.items():
+        if name not in best:
+            continue
+        known = [row for row in laws if row["outcome"] == "completed" and row[name] is not None]
+        first, second = sorted(known, key=lambda row: row[name])[:2]
+        said = f"{best[name]} {measure.praise}: {show(first[name], measure.unit)}"
+        yield f"{said}, where the next, {second['label']}, has {show(second[name], measure.unit)}."
+
+
+def show(value: float | None, unit: str) -> str:
+    """Returns a figure of the standings, `-` where there is none."""
+    if value is None:
+        return "-"
+    return share(value) if unit == "%" else seconds(value) if unit == "s" else quantity(value, unit)
+
+
+# Tables ---------------------------------------------------------------------------------------------------------------
+
+
+def _rows(tree: Row) -> Iterator[dict[str, Any]]:
+    """Yields the standings: of each law its label, its figures with whether they are the best, and how it ended."""
+    for row in tree["laws"]:
+        best = {name for name, label in tree["best"].items() if label == row["label"]}
+        cells = [(show(row[name], measure.unit), name in best) for name, measure in MEASURES.items()]
+        kind = row["outcome"].split(":")[0]
+        ended = kind if kind == "completed" else f"{kind} at {seconds(row['end'])}"
+        yield {"label": row["label"], "cells": cells, "ended": ended, "completed": kind == "completed"}
+
+
+def _law(row: Row) -> dict[str, Any]:
+    """Returns a law as YAML, and what a search for its gains brought."""
+    tuning = row["tuning"]
+    told = ""
+    if tuning is not None:
+        before = "unknown" if tuning["cost_before"] is None else f"{tuning['cost_before']:.3g}"
+        told = f"These gains were searched for: the cost went from {before} to {tuning['cost']:.3g}."
+    return {"label": row["label"], "yaml": yaml_text({"law": row["law"]}), "tuning": told}
+
+
+def _command(tree: Row) -> str:
+    return " ".join(["nhtrack compare", *(f"{row['label']}/recording.nc" for row in tree["laws"])])

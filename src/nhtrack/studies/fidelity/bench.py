@@ -1,0 +1,94 @@
+"""What every measurement starts from, and what it ends in."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from typing import Any, Literal
+
+from nhtrack.robots.diff_drive import DiffDrive
+from nhtrack.simulation.mujoco import MujocoSimulation
+from nhtrack.simulation.scene import Scene, SceneSpec, make_scene
+
+
+@dataclass(frozen=True)
+class Bench:
+    """A robot to be measured, and the simulations of it.
+
+    Attributes:
+        robot: folder in models/ or path to an MJCF file.
+        change: what is done to every scene before it is simulated; a fault put in on purpose, to see a budget break.
+        tamper: the same for every simulation.
+    """
+
+    robot: str
+    change: Callable[[Scene], Scene] | None = None
+    tamper: Callable[[MujocoSimulation], None] | None = None
+
+    def spec(self, **fields: Any) -> SceneSpec:
+        """Returns the spec of one robot alone, at 1 ms on a floor of friction 1 unless told otherwise."""
+        return SceneSpec(**{"robots": ("robot",), "robot": self.robot} | fields)
+
+    def scene(self, **fields: Any) -> Scene:
+        """Returns the scene of `spec`."""
+        scene = make_scene(self.spec(**fields))
+        return scene if self.change is None else self.change(scene)
+
+    def simulation(
+        self, dt: float | None = None, batch: tuple[int, ...] = (), scene: Scene | None = None, **fields: Any
+    ) -> MujocoSimulation:
+        """Returns a simulation of `scene`, its control period dt [s] one physics step unless told otherwise."""
+        scene = self.scene(**fields) if scene is None else scene
+        simulation = MujocoSimulation(scene, dt or scene.spec.timestep, batch)
+        if self.tamper is not None:
+            self.tamper(simulation)
+        return simulation
+
+    @property
+    def drive(self) -> DiffDrive:
+        """The robot's reduced model."""
+        return self.scene().drive
+
+    def find(self, check: str, value: float, unit: str, budget: float, cause: str, **rest: Any) -> Finding:
+        """Returns a finding about this robot."""
+        return Finding(self.robot, check, float(value), unit, budget, cause, **rest)
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One measured figure and its budget.
+
+    Attributes:
+        robot: its name.
+        check: what was measured.
+        value: the figure.
+        unit: of value and budget; `1` for a share.
+        budget: what the figure has to keep to.
+        cause: what the figure is made of.
+        sense: whether it may be `at most` or must be `at least` the budget.
+        explained: whether docs/fidelity.md says why the budget is not kept.
+        group: what it is told together with.
+    """
+
+    robot: str
+    check: str
+    value: float
+    unit: str
+    budget: float
+    cause: str
+    sense: Literal["at most", "at least"] = "at most"
+    explained: bool = False
+    group: str = ""
+
+    @property
+    def ok(self) -> bool:
+        """Whether the figure keeps to its budget; one that is not finite does not."""
+        kept = self.value <= self.budget if self.sense == "at most" else self.value >= self.budget
+        return math.isfinite(self.value) and kept
+
+    @property
+    def row(self) -> dict[str, Any]:
+        """The finding as plain values for JSON; a figure that is not finite is None."""
+        value = self.value if math.isfinite(self.value) else None
+        return asdict(self) | {"value": value, "ok": self.ok}

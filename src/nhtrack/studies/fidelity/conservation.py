@@ -1,0 +1,142 @@
+"""What must not change: energy but by work and friction, a robot at rest, mirror images, the place, the process."""
+
+from __future__ import annotations
+
+import hashlib
+import subprocess
+import sys
+from collections.abc import Iterator
+
+import mujoco
+import numpy as np
+
+from nhtrack import se2
+from nhtrack.arrays import Array
+from nhtrack.simulation.mujoco import MujocoSimulation
+from nhtrack.simulation.scene import Scene
+from nhtrack.studies.fidelity.bench import Bench, Finding
+from nhtrack.studies.fidelity.motion import AT_REST, drive_open_loop, middles, state_of, weave_within
+
+_NO_TORQUE = 1e-12  # [N m] limit of motors that are switched off
+_ROUNDING = "rounding, which nothing amplifies below the limit of friction"
+
+
+def energy(bench: Bench) -> Iterator[Finding]:
+    """Yields what is left of the balance: work of the wheel torques = kinetic energy gained + heat of friction.
+
+    In shares of the work done, sum of magnitudes: for a drive within friction, and for a launch on spinning wheels.
+    """
+    weave = weave_within(bench.drive, 0.5)
+    inside = _imbalance(bench.simulation(), weave(middles(3.0, 0.001))[:, None])
+    cause = "work is summed by the trapezoidal rule, wheel speeds live half a step before the torques' times"
+    yield bench.find("energy balance, rolling", inside, "1", 1e-3, cause)
+    drive = bench.drive
+    hardest = 2 * drive.motor.torque_limit / (drive.wheel_radius * drive.m_eff)
+    launch = np.broadcast_to([min(4.0, hardest), 0.0], (200, 1, 2))
+    friction = 0.3 * launch[0, 0, 0] / 9.81
+    outside = _imbalance(bench.simulation(friction=friction), launch)
+    cause = "MuJoCo's convex friction makes a sliding wheel hop, and landings take energy"
+    yield bench.find("energy balance, wheels spinning", outside, "1", 1e-3, cause, explained=True)
+
+
+def coasting(bench: Bench) -> Iterator[Finding]:
+    """Yields what a turning robot whose motors are off gains in kinetic energy over 3 s, in shares of what it has.
+
+    MuJoCo takes the centripetal force m c omega^2 from velocities half a step old. While the centre of mass, c ahead of
+    the axle, trades speed for turn at omega' = -m c v omega / J, that force is off by m c h omega omega' and does the
+    work (m c v omega)^2 h / J a second. What is gained beyond that is second order in the step.
+    """
+    drive = bench.drive
+    top = drive.wheel_radius * drive.motor.no_load_speed
+    start = state_of(((0, 0, 0), (0.15 * top, 0.15 * top / drive.half_separation)))
+    simulation = bench.simulation(dt=0.01, torque_limit=_NO_TORQUE)
+    run = drive_open_loop(simulation, np.zeros((300, 1, 2)), start)
+    v, omega = run.xi[1:, 0, 0], run.xi[1:, 0, 2]
+    kinetic = (drive.m_eff * v * v + drive.J_eff * omega * omega) / 2 - drive.first_moment[1] * v * omega
+    power = (drive.first_moment[0] * v * omega) ** 2 * simulation.scene.spec.timestep / drive.J_eff
+    late = np.concatenate([[0.0], np.cumsum((power[1:] + power[:-1]) / 2 * simulation.dt)])
+    gain = kinetic - kinetic[0]
+    cause = "MuJoCo's centripetal force is half a step late; first order in the step, none where the CoM is on the axle"
+    yield bench.find("energy gained while coasting", gain.max() / kinetic[0], "1", 2e-3, cause)
+    cause = "second order in the step"
+    yield bench.find("the same, beyond the late force's work", (gain - late).max() / kinetic[0], "1", 1e-5, cause)
+
+
+def rest(bench: Bench) -> Iterator[Finding]:
+    """Yields the speed at which a robot that is told nothing drifts over 10 s."""
+    run = drive_open_loop(bench.simulation(dt=0.01), np.zeros((1000, 1, 2)))
+    drift = np.abs(run.g[-1, 0, :2]).max() / run.time[-1]
+    yield bench.find("drift at rest", drift, "m/s", 1e-9, "placed a nanometre into the floor, robots rise by it")
+
+
+def symmetry(bench: Bench) -> Iterator[Finding]:
+    """Yields differences of a drive from its mirror image, and from itself at another place and heading."""
+    inputs = weave_within(bench.drive, 0.5)(middles(3.0, 0.01))[:, None]
+    start, image = state_of(((0, 0, 0.3), (0, 0))), state_of(((0, 0, -0.3), (0, 0)))
+    moved = np.array([3.0, -2.0, 1.9])
+    here = drive_open_loop(bench.simulation(dt=0.01), inputs, start)
+    mirrored = drive_open_loop(bench.simulation(dt=0.01), inputs * (1, -1), image)
+    there = drive_open_loop(bench.simulation(dt=0.01), inputs, start._replace(g=se2.compose(moved, start.g)))
+    yield bench.find("mirror symmetry", np.abs(mirrored.g * (1, -1, -1) - here.g).max(), "m, rad", 1e-9, _ROUNDING)
+    shifted = np.abs(there.g - se2.compose(moved, here.g)).max()
+    yield bench.find("left-shift invariance", shifted, "m, rad", 1e-9, _ROUNDING)
+
+
+def determinism(bench: Bench) -> Iterator[Finding]:
+    """Yields how many different results two fresh processes give, less one."""
+    command = [sys.executable, "-c", f"from {__name__} import digest; print(digest({bench.robot!r}))"]
+    found = {subprocess.run(command, check=True, capture_output=True, text=True).stdout for _ in range(2)}
+    yield bench.find("different results of two processes", len(found) - 1, "1", 0, "one order of every sum")
+
+
+def digest(robot: str) -> str:
+    """Returns a hash of all poses, twists and loads of a short drive, and of the compiled model."""
+    bench = Bench(robot)
+    simulation = bench.simulation(dt=0.01)
+    inputs = weave_within(bench.drive, 0.5)(middles(1.0, 0.01))[:, None]
+    run = drive_open_loop(simulation, inputs, AT_REST, ("wheel_load", "wheel_torque"))
+    arrays = [run.time, run.g, run.xi, *run.telemetry.values()]
+    content = b"".join(array.tobytes() for array in arrays)
+    return hashlib.sha256(content + simulation.scene.hash.encode()).hexdigest()
+
+
+def _imbalance(simulation: MujocoSimulation, inputs: Array) -> float:
+    """Returns |work - energy - heat| in shares of the work done, for a run of single physics steps from rest.
+
+    Over a step forces act by the mean of the velocities at its ends, seen in the configuration at its middle.
+    """
+    h = simulation.dt
+    simulation.reset(AT_REST)
+    work = effort = heat = 0.0
+    at_rest = _energy(simulation)
+    for u in inputs:
+        qpos, before = simulation.qpos, simulation.qvel
+        simulation.step(u)
+        mean = (before + simulation.qvel) / 2
+        power = float((simulation.telemetry()["wheel_torque"] * mean[simulation.scene.addresses.wheel_qvel]).sum())
+        work, effort = work + h * power, effort + h * abs(power)
+        heat -= h * float((simulation.contact_force[..., :2] * _tyre_velocity(simulation.scene, qpos, mean)).sum())
+    return abs(work - (_energy(simulation) - at_rest) - heat) / effort
+
+
+def _tyre_velocity(scene: Scene, qpos: Array, qvel: Array) -> Array:
+    """Returns the horizontal velocities of the tyres' contact points, shape (1, 2, 2) [m/s], world frame."""
+    at, drive = scene.addresses, scene.drive
+    theta = 2 * np.arctan2(qpos[at.root_qpos + 6], qpos[at.root_qpos + 3])
+    ahead = np.stack([np.cos(theta), np.sin(theta)], axis=-1)[:, None]
+    centre = np.stack([qvel[at.root_qvel], qvel[at.root_qvel + 1]], axis=-1)[:, None]
+    across = drive.half_separation * np.array([1.0, -1.0])
+    backwards = qvel[at.root_qvel + 5][:, None] * across + drive.wheel_radius * qvel[at.wheel_qvel]
+    return np.asarray(centre - backwards[..., None] * ahead)
+
+
+def _energy(simulation: MujocoSimulation) -> float:
+    """Returns kinetic energy and height of a whole scene by MuJoCo's own mass matrix [J], at the velocities' time."""
+    model, data = simulation.scene.model, mujoco.MjData(simulation.scene.model)
+    momentum = np.zeros(model.nv)
+    data.qpos, data.qvel = simulation.qpos, simulation.qvel
+    mujoco.mj_integratePos(model, data.qpos, data.qvel, -model.opt.timestep / 2)
+    mujoco.mj_fwdPosition(model, data)
+    mujoco.mj_energyPos(model, data)
+    mujoco.mj_mulM(model, data, momentum, data.qvel)
+    return float(data.qvel @ momentum / 2 + data.energy[0])

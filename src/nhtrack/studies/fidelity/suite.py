@@ -1,0 +1,124 @@
+"""All measurements of all robots, side by side in processes."""
+
+from __future__ import annotations
+
+import os
+import shlex
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from dataclasses import replace
+from multiprocessing import get_context
+from pathlib import Path
+from typing import NamedTuple, TypeAlias
+
+from nhtrack import assets
+from nhtrack.errors import SimulationDiverged
+from nhtrack.experiment.loop import Progress
+from nhtrack.files.folder import save_json
+from nhtrack.studies.fidelity import closed_loop, conservation, friction, model, open_loop, slip
+from nhtrack.studies.fidelity.bench import Bench, Finding
+from nhtrack.studies.run.run import versions
+
+Check: TypeAlias = Callable[[Bench], Iterator[Finding]]
+
+CHECKS: dict[str, Check] = {
+    check.__name__: check
+    for check in (
+        model.reduced_model,
+        model.accelerations,
+        model.load_shares,
+        open_loop.open_loop,
+        open_loop.planar_base,
+        slip.turning_slip,
+        slip.creep,
+        slip.ice,
+        friction.friction_limits,
+        friction.stopping_distance,
+        conservation.energy,
+        conservation.coasting,
+        conservation.rest,
+        conservation.symmetry,
+        conservation.determinism,
+        closed_loop.closed_loop,
+    )
+}
+GROUPS = {
+    model: "Reduced model against MuJoCo's dynamics",
+    open_loop: "Open loop: a drive without a law against an independent integrator",
+    slip: "Slip and creep of tyres",
+    friction: "Limits of friction",
+    conservation: "Conservation, symmetry, repeatability",
+    closed_loop: "Closed loop: the paper's examples against their ideal twins",
+}
+QUICK = ("reduced_model", "accelerations", "load_shares", "turning_slip", "creep", "friction_limits")
+_LONGEST_FIRST = ("closed_loop", "open_loop")  # so that no process ends long after the others
+
+
+class Task(NamedTuple):
+    """One check of one robot."""
+
+    robot: str
+    check: str
+
+
+def tasks(robots: Iterable[str] | None = None, checks: Iterable[str] | None = None) -> list[Task]:
+    """Returns every check of every robot, in the order of the table; all bundled robots and all checks by default."""
+    chosen = tuple(CHECKS) if checks is None else tuple(checks)
+    return [Task(robot, check) for robot in robots or assets.robots() for check in chosen]
+
+
+def measure(task: Task) -> tuple[Finding, ...]:
+    """Returns the findings of a task; a robot that diverges has a single one, which is not ok.
+
+    Raises:
+        RobotError: no such robot, or not one that can be driven.
+    """
+    bench = Bench(task.robot)
+    try:
+        found = tuple(CHECKS[task.check](bench))
+    except SimulationDiverged as error:
+        found = (bench.find(task.check.replace("_", " "), float("inf"), "1", 0.0, f"diverged: {error}"),)
+    return tuple(replace(finding, group=_group_of(task.check)) for finding in found)
+
+
+def _group_of(check: str) -> str:
+    """Returns what the findings of a check are told together with: that of the module it is in."""
+    names = {module.__name__: group for module, group in GROUPS.items()}
+    return names.get(CHECKS[check].__module__, "")
+
+
+def run(wanted: list[Task], progress: Progress | None = None, processes: int | None = None) -> list[Finding]:
+    """Returns the findings of tasks, in their order, measured in as many processes as there are cores.
+
+    Args:
+        wanted: what to measure.
+        progress: called with the tasks done and their number.
+        processes: how many at once.
+    """
+    order = sorted(wanted, key=lambda task: task.check not in _LONGEST_FIRST)
+    found: dict[Task, tuple[Finding, ...]] = {}
+    workers = min(processes or os.cpu_count() or 1, len(wanted))
+    with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
+        futures = {pool.submit(measure, task): task for task in order}
+        for done, future in enumerate(as_completed(futures), start=1):
+            found[futures[future]] = future.result()
+            if progress is not None:
+                progress(done, len(wanted))
+    return [finding for task in wanted for finding in found[task]]
+
+
+def save(findings: Sequence[Finding], wanted: Sequence[Task], folder: Path) -> list[Path]:
+    """Writes the findings of tasks into a folder, as `findings.json` and as a report, and returns the files."""
+    from nhtrack.studies.fidelity.report import write
+
+    rows = [finding.row for finding in findings]
+    table = save_json(folder / "findings.json", rows)
+    return [table, write(rows, command(wanted), versions(), folder / "report.html")]
+
+
+def command(wanted: Sequence[Task]) -> str:
+    """Returns the command that measures tasks."""
+    robots, checks = (list(dict.fromkeys(names)) for names in zip(*wanted, strict=True))
+    words = [word for robot in robots for word in ("--robot", robot)]
+    words += [] if checks == list(CHECKS) else [word for check in checks for word in ("--check", check)]
+    return shlex.join(["nhtrack", "fidelity", *words])

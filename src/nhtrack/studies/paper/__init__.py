@@ -1,0 +1,1 @@
+"""The paper's examples run again, with their figures."""

@@ -1,0 +1,149 @@
+"""Runs the paper's examples, draws its figures, writes the pages that hold both against each other."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Literal
+
+from nhtrack.config.load import load
+from nhtrack.errors import RecordingError
+from nhtrack.files.atomic import atomic_path
+from nhtrack.recording import Recording
+from nhtrack.studies.paper.examples import EXAMPLES, Example, ExampleError, PaperFigure, Runs, examples_of
+from nhtrack.studies.run.run import OutputError, Stage, simulate
+
+if TYPE_CHECKING:
+    from nhtrack.experiment.loop import Progress
+
+__all__ = ["EXAMPLES", "Example", "ExampleError", "ExampleRuns", "PaperFigure", "examples_of", "reproduce"]
+
+Backend = Literal["mujoco", "ideal"]
+
+_FOLDER = "paper"  # of the scenarios, and of the figures beside the page
+
+
+@dataclass(frozen=True)
+class ExampleRuns:
+    """An example and its runs.
+
+    Attributes:
+        example: which.
+        wheels: runs on MuJoCo, empty where only the ideal model was asked for.
+        ideal: runs on the ideal model.
+    """
+
+    example: Example
+    wheels: Runs
+    ideal: Runs
+
+    @property
+    def shown(self) -> Runs:
+        """The runs that are drawn: on wheels where there are any."""
+        return self.wheels or self.ideal
+
+
+def reproduce(
+    examples: Sequence[Example],
+    out: Path,
+    *,
+    source: Path | None = None,
+    backend: Backend = "mujoco",
+    pdf: bool = False,
+    report: bool = True,
+    overwrite: bool = False,
+    stage: Stage | None = None,
+) -> list[Path]:
+    """Returns the files written: recordings, the figures of the paper, the page `paper.md` and `report.html`.
+
+    Every scenario is run on the ideal model and, unless `backend` is `ideal`, on MuJoCo with its ideal twin. A
+    recording is written as soon as it is there.
+
+    Args:
+        examples: which, see `EXAMPLES`.
+        out: the folder; figures lie in its `paper/`, recordings in its `recordings/`.
+        source: a folder that an earlier call wrote; its recordings are drawn, and nothing is run.
+        backend: `ideal` leaves MuJoCo out.
+        pdf: whether to draw for print, see `nhtrack.plots.files.save_figure`.
+        report: whether to write the report.
+        overwrite: allow a folder that has files in it.
+        stage: see `nhtrack.studies.run.run.simulate`.
+
+    Raises:
+        OutputError: the folder has files in it; nothing is run.
+        RecordingError: a recording is missing in `source`, or is of a run that did not complete.
+        SimulationDiverged: a run did; what it recorded is kept.
+    """
+    if not overwrite and out.exists() and (not out.is_dir() or any(out.iterdir())):
+        raise OutputError(f"{out} exists already; choose another --out, or --force to write into it")
+    written: list[Path] = []
+    done = []
+    for example in examples:
+        runs: dict[Backend, dict[str, Recording]] = {"mujoco": {}, "ideal": {}}
+        for name in example.scenarios:
+            for model in ("ideal", backend) if backend != "ideal" else ("ideal",):
+                file = (source or out) / "recordings" / f"{name}-{model}.nc"
+                if source is None:
+                    runs[model][name] = _recorded(name, model, file, stage)
+                    written.append(file)
+                else:
+                    runs[model][name] = _completed(file)
+        done.append(ExampleRuns(example, runs["mujoco"], runs["ideal"]))
+    written += _draw(done, out / _FOLDER, pdf, None if stage is None else stage("figures"))
+    written.append(_write_page(done, out / "paper.md"))
+    return [*written, *([_write_report(done, out)] if report else [])]
+
+
+def _recorded(name: str, model: Backend, file: Path, stage: Stage | None) -> Recording:
+    """Runs a scenario on one model and returns its recording, which is then on disk, whole or not."""
+
+    def named(part: str) -> Progress:
+        assert stage is not None
+        return stage(f"{name} {part}")
+
+    scenario = load(f"{_FOLDER}/{name}", [f"backend={model}"])
+    outcome = simulate(scenario, None if stage is None else named)
+    outcome.recording.save(file)
+    if outcome.failure is not None:
+        raise outcome.failure
+    if outcome.recording.outcome == "interrupted":
+        raise KeyboardInterrupt
+    return outcome.recording
+
+
+def _completed(file: Path) -> Recording:
+    recording = Recording.load(file)
+    if recording.outcome != "completed":
+        raise RecordingError(
+            f"{file}: this run is {recording.outcome}; figures of the paper need a whole one"
+        )
+    return recording
+
+
+def _draw(done: Sequence[ExampleRuns], folder: Path, pdf: bool, progress: Progress | None) -> list[Path]:
+    from nhtrack.plots.files import save_figure
+
+    wanted = [(figure, runs.shown) for runs in done for figure in runs.example.figures]
+    written: list[Path] = []
+    for i, (figure, runs) in enumerate(wanted):
+        written += save_figure(figure.draw(runs), folder / figure.name, pdf=pdf)
+        if progress is not None:
+            progress(i + 1, len(wanted))
+    return written
+
+
+def _write_page(done: Sequence[ExampleRuns], path: Path) -> Path:
+    from nhtrack.studies.paper.page import page
+
+    with atomic_path(path) as temporary:
+        temporary.write_text(page(done, _FOLDER), encoding="utf-8")
+    return path
+
+
+def _write_report(done: Sequence[ExampleRuns], folder: Path) -> Path:
+    from nhtrack.studies.paper.report import write
+    from nhtrack.studies.paper.report_sections import command, sections
+
+    made = next(iter(done[0].shown.values())).versions
+    return write(sections(done, folder / _FOLDER), command(done), made, folder / "report.html")

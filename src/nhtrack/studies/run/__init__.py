@@ -1,0 +1,1 @@
+"""Run a scenario: recording, summary, figures, film and report in a folder."""

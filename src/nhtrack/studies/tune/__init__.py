@@ -1,0 +1,1 @@
+"""Search the gains of a law on the ideal model."""

@@ -1,1 +1,0 @@
-"""Studies: scenarios into recordings, figures and tables."""

@@ -1,0 +1,1 @@
+"""What commands share: the application they register with, tables, progress bars."""

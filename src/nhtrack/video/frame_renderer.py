@@ -1,0 +1,73 @@
+"""A film's frames, whole: what the camera sees, what is written over it, and the live plot beside it."""
+
+from __future__ import annotations
+
+from types import TracebackType
+
+import numpy as np
+
+from nhtrack.recording import Recording
+from nhtrack.simulation.scene import SceneSpec, make_scene
+from nhtrack.video.bodies import robot_scale
+from nhtrack.video.camera import plan_camera
+from nhtrack.video.chart import Beside, Chart, split
+from nhtrack.video.overlay import Overlay
+from nhtrack.video.render_options import QUALITIES, SPLIT, Look
+from nhtrack.video.scene_renderer import Stage
+from nhtrack.video.timeline import make_timeline
+
+__all__ = ["Painter"]
+
+
+class Painter:
+    """Draws any frame of a film; use as a context manager, which frees the OpenGL context.
+
+    Args:
+        recording: the run.
+        look: how the film is made.
+        backend: an OpenGL backend that is known to draw; by default one is looked for.
+
+    Raises:
+        RenderError: nothing draws.
+    """
+
+    def __init__(self, recording: Recording, look: Look, backend: str | None = None) -> None:
+        scene = make_scene(SceneSpec.from_json(recording.dataset.attrs["scene"]), share_materials=True)
+        quality = QUALITIES[look.quality]
+        timeline = make_timeline(recording, scene, look.fps, look.speed, quality.trail)
+        self._length = len(timeline)
+        view = look.size
+        self._beside: Beside | None = None
+        if look.camera == SPLIT:
+            view, self._beside = split(look.size)
+        self._chart = None if self._beside is None else Chart(recording, timeline, self._beside.size)
+        camera = "group" if look.camera == SPLIT else look.camera
+        fovy = float(scene.model.vis.global_.fovy)
+        path = plan_camera(camera, timeline.pose, fovy, view[0] / view[1], look.fps, robot_scale(scene))
+        self._size, self._view = look.size, view
+        self._overlay = Overlay(recording, timeline, view)
+        self._stage = Stage(scene, timeline, path, view, quality, backend)
+
+    def __len__(self) -> int:
+        """Returns the number of frames."""
+        return self._length
+
+    def __enter__(self) -> Painter:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._stage.close()
+
+    def paint(self, frame: int) -> np.ndarray:
+        """Returns the picture of a frame, bytes of shape (height, width, 3)."""
+        seen = self._overlay.write(self._stage.draw(frame), frame)
+        if self._chart is None or self._beside is None:
+            return seen
+        width, height = self._size
+        picture = np.empty((height, width, 3), np.uint8)
+        picture[: self._view[1], : self._view[0]] = seen
+        x, y = self._beside.corner
+        picture[y:, x:] = self._chart.draw(frame)
+        return picture

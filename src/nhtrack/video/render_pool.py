@@ -1,0 +1,85 @@
+"""Frames in their order, drawn here or by a crew of processes.
+
+A frame depends on nothing but the recording and its number, so whoever draws it draws the same pixels.
+"""
+
+from __future__ import annotations
+
+import signal
+from collections import deque
+from collections.abc import Generator
+from concurrent.futures import Future, ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+from multiprocessing import get_context
+
+import numpy as np
+
+from nhtrack import gl
+from nhtrack.errors import RenderError
+from nhtrack.recording import Recording
+from nhtrack.video.frame_renderer import Painter
+from nhtrack.video.render_options import Look
+from nhtrack.video.timeline import frame_times
+
+__all__ = ["Pictures", "painted"]
+
+Pictures = Generator[np.ndarray, None, None]
+
+_AHEAD = 4  # frames a worker may be ahead of the film: enough to even out, few enough to hold in memory
+_WORTH = 60  # frames, and as many as there are robots, below which another process costs more than it draws
+
+
+def painted(recording: Recording, look: Look, processes: int) -> tuple[int, Pictures]:
+    """Returns how many frames a film has, and a generator of their pictures, bytes of shape (height, width, 3).
+
+    Raises:
+        RenderError: nothing draws, or a process ended; raised by the generator.
+    """
+    total = len(frame_times(recording.time, look.fps, look.speed)[0])
+    crew = min(processes, max(1, total // (_WORTH + len(recording.robots))))
+    return total, (_alone(recording, look) if crew == 1 else _together(recording, look, crew, total))
+
+
+def _alone(recording: Recording, look: Look) -> Pictures:
+    with Painter(recording, look) as painter:
+        for frame in range(len(painter)):
+            yield painter.paint(frame)
+
+
+def _together(recording: Recording, look: Look, processes: int, total: int) -> Pictures:
+    start = (Recording(recording.dataset.load()), look, gl.choose_backend())
+    with ProcessPoolExecutor(processes, get_context("spawn"), initializer=_begin, initargs=start) as pool:
+        waiting: deque[Future[np.ndarray]] = deque()
+        try:
+            for frame in range(total):
+                waiting.append(pool.submit(_paint, frame))
+                if len(waiting) > _AHEAD * processes:
+                    yield waiting.popleft().result()
+            while waiting:
+                yield waiting.popleft().result()
+        except BrokenProcessPool as error:
+            raise RenderError(
+                "a process that draws ended; a script needs `if __name__ == '__main__':` around what it does, and "
+                "processes=1 draws without others"
+            ) from error
+        finally:
+            pool.shutdown(cancel_futures=True)
+
+
+_painter: Painter | Exception | None = None  # of this worker process, or why it has none
+
+
+def _begin(recording: Recording, look: Look, backend: str) -> None:
+    global _painter
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the process that shows the film ends its crew
+    try:
+        _painter = Painter(recording, look, backend)
+    except Exception as error:  # told with the first frame: what an initializer raises is lost
+        _painter = error
+
+
+def _paint(frame: int) -> np.ndarray:
+    if isinstance(_painter, Exception):
+        raise _painter
+    assert _painter is not None
+    return _painter.paint(frame)
