@@ -15,7 +15,8 @@ from pages import fill, table
 from rich.progress import Progress, track
 
 from nhtrack import assets
-from nhtrack.plots.style import INK, panel_title, styled
+from nhtrack.colours import INK
+from nhtrack.plots.style import panel_title, styled
 from nhtrack.simulation.contact import FrictionRow
 from nhtrack.simulation.mujoco import MujocoSimulation
 from nhtrack.studies.fidelity import suite

@@ -19,6 +19,7 @@ from pages import fill
 from rich.progress import track
 
 from nhtrack import se2
+from nhtrack.colours import INK
 from nhtrack.config.law_sections import law_names, law_section
 from nhtrack.experiment.build import make_law
 from nhtrack.experiment.loop import run
@@ -27,7 +28,7 @@ from nhtrack.experiment.rows import Rows, named
 from nhtrack.laws import Law, Leader, law_named
 from nhtrack.laws.virtual_leader import fold
 from nhtrack.network import Network
-from nhtrack.plots.style import INK, panel_title, styled
+from nhtrack.plots.style import panel_title, styled
 from nhtrack.similarity import Similarity
 from nhtrack.simulation.ideal import IdealSimulation
 from nhtrack.simulation.state import State

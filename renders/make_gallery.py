@@ -14,7 +14,7 @@ import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 
-from nhtrack.config.load import load
+from nhtrack.experiment.load import load
 from nhtrack.recording import Recording
 from nhtrack.studies.compare.laws_file import load_laws
 from nhtrack.studies.compare.result import room_of

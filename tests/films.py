@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from nhtrack import se2
-from nhtrack.simulation.palette import robot_colour
+from nhtrack.colours import robot_colour
 from nhtrack.simulation.scene import SceneSpec, make_scene
 from nhtrack.video import camera, timeline
 from recordings import HALF_SEPARATION, robot_names, synthetic_recording

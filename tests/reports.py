@@ -9,12 +9,12 @@ import numpy as np
 
 from nhtrack.analysis.metrics import summary
 from nhtrack.config.documentation import json_schema
-from nhtrack.config.load import load
+from nhtrack.experiment.load import load
 from nhtrack.recording import Recording
-from nhtrack.report import Extras, write
 from nhtrack.studies.compare.laws_file import load_laws
 from nhtrack.studies.compare.result import Comparison
 from nhtrack.studies.compare.run import compare
+from nhtrack.studies.run.report import Extras, write
 from nhtrack.video.encode import write_film
 from recordings import HALF_SEPARATION, WHEEL_RADIUS, synthetic_recording
 

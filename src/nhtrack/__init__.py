@@ -12,8 +12,8 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from nhtrack.config.load import load as load
     from nhtrack.config.schema import Scenario as Scenario
+    from nhtrack.experiment.load import load as load
     from nhtrack.recording import Recording as Recording
     from nhtrack.studies.run.run import run as run
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 _HOMES = {
     "Recording": "nhtrack.recording",
     "Scenario": "nhtrack.config.schema",
-    "load": "nhtrack.config.load",
+    "load": "nhtrack.experiment.load",
     "run": "nhtrack.studies.run.run",
 }
 

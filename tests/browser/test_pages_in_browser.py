@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from campaign_tables import campaign_starts
-from nhtrack.config.load import load_campaign
+from nhtrack.experiment.load import load_campaign
 from nhtrack.studies.campaign.report import Account, write
 from nhtrack.studies.campaign.tables import cells_of
 from opened import Opened, Opener

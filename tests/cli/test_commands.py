@@ -14,8 +14,8 @@ from typer.testing import CliRunner, Result
 
 import nhtrack
 from nhtrack import assets
-from nhtrack.config.load import load
 from nhtrack.errors import RobotError, SimulationDiverged
+from nhtrack.experiment.load import load
 from nhtrack.recording import Recording
 from nhtrack.terminal import app
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner, Result
 
-from nhtrack.config.load import load
+from nhtrack.experiment.load import load
 from nhtrack.recording import Recording
 from nhtrack.studies.compare import run as study
 from nhtrack.terminal import app

@@ -10,7 +10,7 @@ import pytest
 from typer.testing import CliRunner, Result
 
 from nhtrack import assets
-from nhtrack.config.load import load
+from nhtrack.experiment.load import load
 from nhtrack.recording import Recording
 from nhtrack.terminal.app import app
 

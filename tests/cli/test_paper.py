@@ -12,7 +12,7 @@ import pytest
 from typer.testing import CliRunner, Result
 
 from elements import Elements
-from nhtrack.config.load import load
+from nhtrack.experiment.load import load
 from nhtrack.recording import Recording
 from nhtrack.studies.paper.run import EXAMPLES
 from nhtrack.terminal import app

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from motions import make_simulation, state
-from nhtrack.config.load import load
+from nhtrack.experiment.load import load
 from nhtrack.recording import COMPONENTS, VARIABLES, Recording
 from nhtrack.simulation.ideal import IdealSimulation
 from nhtrack.simulation.mujoco import MujocoSimulation

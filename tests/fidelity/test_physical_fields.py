@@ -12,7 +12,7 @@ import pytest
 from scipy.optimize import brentq
 
 from motions import AT_REST, Run, drive, make_simulation, state, weaving_error
-from nhtrack.config.load import load
+from nhtrack.experiment.load import load
 from nhtrack.ground import Patch
 from nhtrack.recording import Recording
 from nhtrack.robots.diff_drive import DiffDrive

@@ -18,9 +18,9 @@ import rivals
 from array_laws import FeedbackLinearisation, JiangNijmeijer, Kanayama, Leader, LookAhead, Robots, Samson
 from nhtrack import planar, se2
 from nhtrack.config.law_sections import powers
-from nhtrack.config.load import load_text
 from nhtrack.config.schema import Scenario
 from nhtrack.experiment.build import build, make_law
+from nhtrack.experiment.load import load_text
 from nhtrack.experiment.loop import rollout
 from nhtrack.network import Network
 from nhtrack.similarity import Similarity

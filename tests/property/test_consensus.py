@@ -17,8 +17,8 @@ import tolerances as tol
 from array_laws import Published
 from nhtrack import se2
 from nhtrack.assets import find_scenario
-from nhtrack.config.load import load
 from nhtrack.experiment.followers import Tracking
+from nhtrack.experiment.load import load
 from nhtrack.experiment.loop import Rollout, rollout
 from nhtrack.network import Network
 from nhtrack.similarity import Similarity

@@ -16,8 +16,8 @@ import tolerances as tol
 from drives import DRIVE
 from nhtrack.assets import find_scenario
 from nhtrack.config import schema
-from nhtrack.config.load import load
 from nhtrack.experiment.build import Experiment, build
+from nhtrack.experiment.load import load
 from nhtrack.experiment.loop import Rollout, rollout
 from nhtrack.laws import Law
 from nhtrack.simulation.ideal import IdealSimulation

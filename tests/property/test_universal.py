@@ -16,11 +16,11 @@ import strategies as draw
 from array_laws import Leader, Memory, Robots, Universal
 from drives import DRIVE
 from nhtrack import se2
-from nhtrack.config.load import load, load_text
 from nhtrack.errors import FeasibilityError
 from nhtrack.experiment.build import build
 from nhtrack.experiment.followers import Tracking
 from nhtrack.experiment.limits import motion_limits
+from nhtrack.experiment.load import load, load_text
 from nhtrack.experiment.loop import rollout, run
 from nhtrack.experiment.recorder import Streaming
 from nhtrack.experiment.rows import Rows, named

@@ -10,7 +10,7 @@ from pydantic import TypeAdapter
 
 from nhtrack.assets import bundled_scenarios
 from nhtrack.config import schema
-from nhtrack.config.load import load
+from nhtrack.experiment.load import load
 from nhtrack.studies.feasibility.run import with_time
 from nhtrack.studies.run.run import simulate
 from reference.comparison import POSITION, Comparison, arrays_of, compare, shortened

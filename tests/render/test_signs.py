@@ -10,7 +10,7 @@ import pytest
 
 from films import SMALL, film, filmable, parted, pixels_of, projected
 from nhtrack import se2, video
-from nhtrack.simulation.palette import robot_colour
+from nhtrack.colours import robot_colour
 from nhtrack.simulation.scene import SceneSpec, make_scene
 from nhtrack.video import (
     bodies,

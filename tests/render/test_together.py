@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 
 from nhtrack import se2, video
-from nhtrack.config.load import load
+from nhtrack.colours import robot_colour
+from nhtrack.experiment.load import load
 from nhtrack.recording import Recording
-from nhtrack.simulation.palette import robot_colour
 from nhtrack.simulation.scene import SceneSpec, make_scene
 from nhtrack.studies.compare.laws_file import load_laws
 from nhtrack.studies.compare.result import Comparison, room_of

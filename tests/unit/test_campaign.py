@@ -13,9 +13,9 @@ import tolerances as tol
 from nhtrack.config.campaign import Campaign, Starts
 from nhtrack.config.edit import scenario_text
 from nhtrack.config.families import FAMILIES, RANDOM
-from nhtrack.config.load import load_campaign, load_text
 from nhtrack.errors import SimulationDiverged
 from nhtrack.experiment.build import build, make_reference
+from nhtrack.experiment.load import load_campaign, load_text
 from nhtrack.recording import Recording
 from nhtrack.simulation.mujoco import MujocoSimulation
 from nhtrack.simulation.scene import make_scene

@@ -11,8 +11,8 @@ from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 
 from campaign_tables import FAMILIES, HEADING_LIMIT, LAWS, POSITION_LIMIT, campaign_cells, campaign_starts
-from nhtrack.plots.style import INK, styled
-from nhtrack.simulation.palette import ROOT
+from nhtrack.colours import INK, ROOT
+from nhtrack.plots.style import styled
 from nhtrack.studies.campaign.plots import (
     files,
     late_errors,

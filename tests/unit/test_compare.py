@@ -11,9 +11,9 @@ import pytest
 
 from nhtrack import se2
 from nhtrack.config.law_sections import LawSection, law_names, law_section
-from nhtrack.config.load import load, load_text
 from nhtrack.config.schema import Scenario
 from nhtrack.errors import FeasibilityError, ScenarioError
+from nhtrack.experiment.load import load, load_text
 from nhtrack.files.folder import OutputError
 from nhtrack.recording import Recording
 from nhtrack.studies.compare import run as study

@@ -12,9 +12,9 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Polygon
 
 from nhtrack import se2
+from nhtrack.colours import ROOT, robot_colour
 from nhtrack.plots.names import spread
 from nhtrack.recording import Recording
-from nhtrack.simulation.palette import ROOT, robot_colour
 from nhtrack.studies.compare.figure import overlay
 from nhtrack.studies.compare.result import room_of
 from recordings import synthetic_recording

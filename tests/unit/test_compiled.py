@@ -13,8 +13,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from nhtrack.config.load import load
 from nhtrack.experiment.build import build
+from nhtrack.experiment.load import load
 from nhtrack.experiment.loop import FullRecorder, Rollout, rollout, run
 from nhtrack.laws import LawKind, law_in
 from nhtrack.laws.address import InterpretedLawWarning

@@ -28,10 +28,10 @@ from nhtrack.analysis.events import (
     sentences,
 )
 from nhtrack.analysis.metrics import summary
-from nhtrack.config.load import load
+from nhtrack.experiment.load import load
 from nhtrack.recording import Recording, make_recording
 from nhtrack.studies.run.run import Outcome, simulate
-from nhtrack.terminal.screen import print_outcome
+from nhtrack.studies.run.tables import print_outcome
 from recordings import synthetic_recording
 
 # Times in these tests are sums of periods of 10 ms; far below a period, far above rounding.

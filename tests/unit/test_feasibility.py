@@ -25,10 +25,10 @@ from nhtrack.analysis.demand import (
     rounded_up,
     wheel_uses,
 )
-from nhtrack.config.load import load_text
 from nhtrack.config.schema import Scenario
 from nhtrack.errors import FeasibilityError, ScenarioError
 from nhtrack.experiment.build import build
+from nhtrack.experiment.load import load_text
 from nhtrack.ground import Ground
 from nhtrack.robots.diff_drive import DiffDrive, identify
 from nhtrack.simulation.ideal import IdealSimulation

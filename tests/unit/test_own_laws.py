@@ -16,14 +16,14 @@ import nhtrack
 from nhtrack import assets
 from nhtrack.compiled import cache_folder
 from nhtrack.config.law_sections import FileLaw
-from nhtrack.config.load import load_text
 from nhtrack.errors import ScenarioError, SimulationDiverged
+from nhtrack.experiment.load import load_text
 from nhtrack.laws import Law, LawError, law_in, registry
 from nhtrack.laws.address import InterpretedLawWarning
 from nhtrack.laws.contract import dimension
 from nhtrack.laws.evaluate import commands, first_memories
 from nhtrack.laws.faults import RESERVED
-from nhtrack.studies.run.recorded import load_recorded
+from nhtrack.recording.rerun import load_recorded
 from nhtrack.studies.run.run import simulate
 from nhtrack.testing import LawContract
 from nhtrack.testing.scenes import plain_walk
@@ -325,7 +325,7 @@ import sys
 sys.path.insert(0, {str(tmp_path)!r})
 import nhtrack
 from nhtrack.errors import ScenarioError
-from nhtrack.config.load import load_text
+from nhtrack.experiment.load import load_text
 text = {scenario("LAW")!r}
 recording = nhtrack.run(load_text(text.replace("LAW", "{{name: good, k: 3}}")))
 print(recording.scenario["law"], "source" in recording.dataset.attrs["law"])

@@ -15,11 +15,11 @@ from scipy.spatial.distance import pdist
 
 from nhtrack import assets
 from nhtrack.analysis.metrics import smallest_separation, summary
-from nhtrack.config.load import load
+from nhtrack.colours import FOLLOWERS, ROOT, robot_colour
 from nhtrack.experiment.build import build
+from nhtrack.experiment.load import load
 from nhtrack.network import Network
 from nhtrack.plots.graph import graph
-from nhtrack.simulation.palette import FOLLOWERS, ROOT, robot_colour
 from nhtrack.studies.feasibility.run import ideal_motion
 from nhtrack.studies.paper.figure import START, leader_motion, panels, reference_path, together, tracks
 from nhtrack.studies.paper.page import angle, initial_conditions

@@ -16,11 +16,11 @@ from matplotlib.patches import Circle, FancyArrowPatch, Polygon, Rectangle
 from matplotlib.text import Text
 
 from nhtrack import plots, se2
+from nhtrack.colours import FOLLOWERS, ROOT, robot_colour
 from nhtrack.ground import Patch
 from nhtrack.plots.event_marks import covered
 from nhtrack.plots.graph import ink_on
 from nhtrack.plots.margins import Numbers
-from nhtrack.simulation.palette import FOLLOWERS, ROOT, robot_colour
 from nhtrack.simulation.scene import SceneSpec
 from recordings import HALF_SEPARATION, TORQUE_LIMIT, WHEEL_RADIUS, synthetic_recording
 

@@ -15,18 +15,18 @@ import pytest
 from elements import Elements
 from nhtrack import assets
 from nhtrack.analysis.metrics import heading_error, position_error, summary
+from nhtrack.colours import FOLLOWERS, ROOT
 from nhtrack.config.documentation import json_schema
-from nhtrack.config.load import load
+from nhtrack.experiment.load import load
 from nhtrack.presentation.numbers import listed, quantity
 from nhtrack.recording import Recording
-from nhtrack.report import Extras, render, write
 from nhtrack.report.data import payload
 from nhtrack.report.downsample import even_rows, extreme_rows, numbers
 from nhtrack.report.film import duration_of, read_film
 from nhtrack.report.graph import graph_svg, ink_on
 from nhtrack.report.scenario_listing import meanings, yaml_text
 from nhtrack.report.summary_text import About, about, tiles, verdicts
-from nhtrack.simulation.palette import FOLLOWERS, ROOT
+from nhtrack.studies.run.report import Extras, render, write
 from nhtrack.studies.run.run import run_scenario
 from recordings import HALF_SEPARATION
 from reports import whole_recording, write_pictures

@@ -15,7 +15,7 @@ from campaign_tables import FAMILIES, HEADING_LIMIT, LAWS, POSITION_LIMIT, campa
 from elements import Elements
 from nhtrack.config.campaign import Campaign
 from nhtrack.config.documentation import json_schema
-from nhtrack.config.load import load_campaign
+from nhtrack.experiment.load import load_campaign
 from nhtrack.presentation.numbers import grouped
 from nhtrack.report.page import render_page
 from nhtrack.studies.campaign.plots.shares import percent

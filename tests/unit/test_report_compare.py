@@ -11,13 +11,13 @@ import pytest
 
 from elements import Elements
 from nhtrack.analysis.metrics import position_error
-from nhtrack.plots.style import CROWD
+from nhtrack.colours import robot_colour
+from nhtrack.presentation.shown import CROWD
 from nhtrack.recording import Recording
-from nhtrack.report import Extras
 from nhtrack.report.data import payload
-from nhtrack.simulation.palette import robot_colour
 from nhtrack.studies.compare.report import MEASURES, compare_page, fitted, joined, show, verdicts
 from nhtrack.studies.compare.result import Comparison, room_of
+from nhtrack.studies.run.report import Extras
 from nhtrack.video.together import together
 from reports import HOSTILE, small_comparison
 

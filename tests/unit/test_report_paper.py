@@ -10,7 +10,7 @@ import pytest
 
 from elements import Elements
 from nhtrack.analysis.metrics import late_rows
-from nhtrack.config.load import load
+from nhtrack.experiment.load import load
 from nhtrack.recording import Recording
 from nhtrack.report.page import render_page
 from nhtrack.studies.paper.report import Section, Table, paper_page, verdicts

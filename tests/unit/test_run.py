@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from nhtrack import gl
-from nhtrack.config.load import load
+from nhtrack.experiment.load import load
 from nhtrack.studies.run import run as study
 from nhtrack.studies.run.run import OutputError, run_scenario, simulate
 

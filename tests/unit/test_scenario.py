@@ -16,11 +16,12 @@ from pydantic import ValidationError
 
 from nhtrack import assets
 from nhtrack.config.documentation import COMMAND, campaign_page, json_schema, scenario_page
-from nhtrack.config.load import apply_overrides, load, load_text, load_tree
+from nhtrack.config.load import apply_overrides
 from nhtrack.config.schema import Scenario, Segment, SignalInput, TableInput
 from nhtrack.config.tree import dotted, lookup, parse_path, parse_yaml
 from nhtrack.errors import ScenarioError
 from nhtrack.experiment.build import build, make_scene_spec
+from nhtrack.experiment.load import load, load_text, load_tree
 from nhtrack.experiment.stability import stance_warnings, support_loads
 from nhtrack.ground import Ground, Patch
 from nhtrack.simulation.scene import Payload, SceneSpec, reduced_models

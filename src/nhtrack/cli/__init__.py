@@ -1,29 +1,18 @@
-"""The command line. Modules here import what a command needs when it runs, so that `nhtrack --help` answers at once."""
+"""The command line: commands about files and the machine, and that of every study.
 
-from nhtrack.cli.scenarios import init, list_assets, schema, validate
-from nhtrack.cli.system import doctor
-from nhtrack.studies.campaign.command import campaign
-from nhtrack.studies.compare.command import compare
-from nhtrack.studies.fidelity.command import fidelity
-from nhtrack.studies.paper.command import paper
-from nhtrack.studies.run.command import render, run
-from nhtrack.studies.tune.command import feasibility, tune
+Modules import what a command needs when it runs, so that `nhtrack --help` answers at once.
+"""
+
+from importlib import import_module
+from pkgutil import iter_modules
+
+from nhtrack import studies
 from nhtrack.terminal.app import app, main
 
-__all__ = [
-    "app",
-    "campaign",
-    "compare",
-    "doctor",
-    "feasibility",
-    "fidelity",
-    "init",
-    "list_assets",
-    "main",
-    "paper",
-    "render",
-    "run",
-    "schema",
-    "tune",
-    "validate",
-]
+__all__ = ["app", "main"]
+
+# A module's commands register themselves when it is imported, and help lists them in that order.
+for _study in iter_modules(studies.__path__):
+    import_module(f"nhtrack.studies.{_study.name}.command")
+for _module in ("scenarios", "system"):
+    import_module(f"nhtrack.cli.{_module}")

@@ -23,7 +23,7 @@ def validate(
     files: Annotated[list[str], typer.Argument(metavar="FILE...", help="Scenario or campaign files or bundled names.")],
 ) -> None:
     """Check scenarios and campaigns and report every fault with its line; nothing is run or written."""
-    from nhtrack.config.load import load_either
+    from nhtrack.experiment.load import load_either
 
     faulty = False
     for source in files:
@@ -128,7 +128,7 @@ def list_assets() -> None:
     from rich.table import Table
 
     from nhtrack import assets
-    from nhtrack.config.load import load, load_campaign
+    from nhtrack.experiment.load import load, load_campaign
 
     scenarios = [(name, load(name).description) for name in assets.bundled_scenarios()]
     campaigns = [(name, load_campaign(name).description) for name in assets.bundled_campaigns()]

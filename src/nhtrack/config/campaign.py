@@ -13,7 +13,7 @@ from typing import Annotated, Any, TypeAlias
 
 from pydantic import AfterValidator, Discriminator, Field, Tag
 
-from nhtrack.config.checks import Clock, Finding, clock_findings, input_findings, robot_findings
+from nhtrack.config.checks import Checks, Clock, Finding, clock_findings, input_findings
 from nhtrack.config.families import FAMILIES, RANDOM
 from nhtrack.config.law_sections import Law
 from nhtrack.config.schema import Backend, Name, Physics, PlanarTwist, RunName, Signal, SignalInput, Similarity
@@ -146,13 +146,13 @@ class Campaign(Section):
         return max(1, round(self.duration * self.similarity.time_scale * self.control_rate))
 
 
-def campaign_findings(tree: Any, directory: FilePath) -> Iterator[Finding]:
+def campaign_findings(tree: Any, directory: FilePath, checks: Checks) -> Iterator[Finding]:
     """Yields what is wrong between the keys of a campaign's tree; see `nhtrack.config.checks.findings`."""
     if not isinstance(tree, Mapping):
         return
     clock = Clock.of({"duration": Campaign.model_fields["duration"].default, **tree})
     yield from clock_findings(clock)
-    yield from robot_findings(tree, directory)
+    yield from checks(tree, directory)
     yield from _arrival_findings(tree, clock)
     yield from _tuning_findings(tree)
     yield from _family_findings(tree, clock)

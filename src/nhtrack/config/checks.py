@@ -1,4 +1,4 @@
-"""What the keys of a scenario mean together: clocks, graph, robot, input.
+"""What the keys of a scenario mean together: clocks, graph, input.
 
 The checks read the raw tree and skip what they cannot understand, so that a misspelt gain does not hide a
 cycle in the graph: every fault of a file is reported at once.
@@ -7,22 +7,20 @@ cycle in the graph: every fault of a file is reported at once.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path as FilePath
 from typing import Any
 
 import numpy as np
 
-from nhtrack import assets
 from nhtrack.config.schema import Leader, Physics, Scenario, Similarity
 from nhtrack.config.tree import Path, lookup
-from nhtrack.errors import RobotError, did_you_mean
-from nhtrack.experiment.stability import stance_findings
 from nhtrack.network import network_faults
 from nhtrack.reference import ReferenceInputError, Signal, Table, make_segments, make_signal
 
 Finding = tuple[Path, str]
+Checks = Callable[[Mapping[str, Any], FilePath], Iterator[Finding]]
 
 MOST_PERIODS = 2_000_000  # five and a half hours at 100 Hz; beyond it a recording no longer fits in memory
 AUTO_PERIODS = 2000  # where inputs are tried as long as `time: auto` leaves the control periods open
@@ -30,20 +28,26 @@ MOST_STEPS = 1e7  # physics steps in a control period; beyond it the schema's bo
 _INPUT: Path = ("leader", "input")
 
 
-def findings(tree: Any, directory: FilePath) -> Iterator[Finding]:
+def findings(tree: Any, directory: FilePath, checks: Checks) -> Iterator[Finding]:
     """Yields what is wrong between the keys of a tree, as path and message.
 
     Args:
         tree: the raw tree; anything in it may be of the wrong type.
         directory: what relative robot files start from.
+        checks: of the robot.
     """
     if not isinstance(tree, Mapping):
         return
     clock = Clock.of(tree)
     yield from clock_findings(clock)
     yield from _network_findings(tree)
-    yield from robot_findings(tree, directory)
+    yield from checks(tree, directory)
     yield from input_findings(lookup(tree, _INPUT), clock, _INPUT)
+
+
+def no_checks(tree: Mapping[str, Any], directory: FilePath) -> Iterator[Finding]:
+    """Yields nothing."""
+    yield from ()
 
 
 @dataclass(frozen=True)
@@ -180,37 +184,6 @@ def _names(value: Any) -> tuple[str, ...]:
     """Returns a list of texts as a tuple, anything else as ()."""
     readable = isinstance(value, list) and all(isinstance(item, str) for item in value)
     return tuple(value) if readable else ()
-
-
-def robot_findings(tree: Mapping[str, Any], directory: FilePath) -> Iterator[Finding]:
-    """Yields why a tree's robot cannot be found, driven, or stand on its ground."""
-    robot = lookup(tree, ("robot",), Scenario.model_fields["robot"].default)
-    if not isinstance(robot, str) or not robot:
-        return
-    if robot in assets.robots():
-        yield from stance_findings(tree, robot)
-    elif not is_robot_file(robot):
-        yield (
-            ("robot",),
-            f"no robot {robot!r}; {did_you_mean(robot, assets.robots())}, or a path to an .xml file",
-        )
-    elif not (directory / robot).is_file():
-        yield ("robot",), f"no MJCF file {str(directory / robot)!r}"
-    else:
-        yield from _robot_file_findings(directory / robot)
-        yield from stance_findings(tree, str(directory / robot))
-
-
-def _robot_file_findings(path: FilePath) -> Iterator[Finding]:
-    """Yields why an MJCF file is not a differential-drive robot."""
-    # MuJoCo takes a while to import, and only a robot of the user's own needs it here.
-    from nhtrack.robots.diff_drive import identify
-    from nhtrack.simulation.scene import load_robot
-
-    try:
-        identify(load_robot(str(path)))
-    except RobotError as error:
-        yield ("robot",), " ".join(str(error).split())
 
 
 def is_robot_file(robot: str) -> bool:

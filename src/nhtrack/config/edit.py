@@ -16,7 +16,7 @@ from typing import Any
 from ruamel.yaml import YAML
 from ruamel.yaml.nodes import MappingNode, Node, ScalarNode
 
-from nhtrack.config.load import load_text
+from nhtrack.config.load import Loader
 from nhtrack.config.schema import Scenario
 from nhtrack.errors import NhtrackError
 from nhtrack.files.atomic import atomic_path
@@ -27,7 +27,12 @@ class EditError(NhtrackError):
 
 
 def save_law_gains(
-    source: Path, target: Path, gains: Mapping[str, float], marker: str, remarks: Sequence[str]
+    source: Path,
+    target: Path,
+    gains: Mapping[str, float],
+    marker: str,
+    remarks: Sequence[str],
+    loader: Loader = Loader(),  # noqa: B008 - it does not change
 ) -> None:
     """Writes a scenario file with other gains; it appears under its name only once it is whole.
 
@@ -37,6 +42,7 @@ def save_law_gains(
         gains: see `with_law_gains`, and so the rest.
         marker: what every remark begins with.
         remarks: comment lines.
+        loader: what reads the file that is to be written, to see that it has the gains.
 
     Raises:
         EditError: a file whose gains cannot be changed in place; nothing is written.
@@ -44,7 +50,7 @@ def save_law_gains(
     """
     data = source.read_bytes()
     text = with_law_gains(data.decode("utf-8-sig"), gains, marker, remarks)
-    law = load_text(text, source=target, directory=target.parent).law
+    law = loader.load_text(text, source=target, directory=target.parent).law
     if any(getattr(law, name) != gain for name, gain in gains.items()):
         raise EditError(f"{source}: the gains of its law cannot be changed in place")
     mark = codecs.BOM_UTF8 if data.startswith(codecs.BOM_UTF8) else b""

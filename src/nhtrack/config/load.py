@@ -13,7 +13,7 @@ from ruamel.yaml.error import YAMLError
 
 from nhtrack import assets
 from nhtrack.config.campaign import Campaign, campaign_findings
-from nhtrack.config.checks import Finding, findings, is_robot_file
+from nhtrack.config.checks import Checks, Finding, findings, is_robot_file, no_checks
 from nhtrack.config.csv_table import read_table
 from nhtrack.config.messages import shape_faults
 from nhtrack.config.schema import Scenario
@@ -29,7 +29,7 @@ class _Form(Generic[Kind]):
     """A kind of file: its sections, and what its keys mean together."""
 
     model: type[Kind]
-    findings: Callable[[Any, FilePath], Iterator[Finding]]
+    findings: Callable[[Any, FilePath, Checks], Iterator[Finding]]
     bundled: Callable[[], tuple[str, ...]]
     find: Callable[[str], FilePath]
 
@@ -39,85 +39,125 @@ _CAMPAIGN_FAULT = Fault(0, 0, "", "this is a campaign; run it with `nhtrack camp
 _CAMPAIGN = _Form(Campaign, campaign_findings, assets.bundled_campaigns, assets.find_campaign)
 
 
-def load_campaign(source: str | FilePath, overrides: Sequence[str] = ()) -> Campaign:
-    """Returns the campaign of a YAML file, or of a bundled campaign by name (`campaign/ideal`); as `load`.
-
-    Raises:
-        ScenarioError: everything wrong with it.
-    """
-    path = _path_of(source, _CAMPAIGN)
-    return _load_document(parse_yaml(_read(path)), path, path.parent, overrides, _CAMPAIGN)
-
-
 def is_campaign(tree: Any) -> bool:
     """Returns whether a file's tree is meant as a campaign: it has several laws, where a scenario has one."""
     return isinstance(tree, dict) and "laws" in tree and "law" not in tree
 
 
-def load_either(source: str | FilePath) -> Scenario | Campaign:
-    """Returns what a file says, or a bundled file of that name: a scenario or a campaign.
+@dataclass(frozen=True)
+class Loader:
+    """Reads files; `nhtrack.experiment.load` has one that looks into the files of robots, too.
 
-    Raises:
-        ScenarioError: everything wrong with it.
+    Attributes:
+        checks: of a file's robot, with its tree and the folder of relative paths.
     """
-    if str(source) in assets.bundled_campaigns():
-        return load_campaign(source)
-    path = FilePath(source)
-    if path.is_file() and is_campaign(parse_yaml(_read(path)).tree):
-        return load_campaign(source)
-    return load(source)
 
+    checks: Checks = no_checks
 
-def load(source: str | FilePath, overrides: Sequence[str] = ()) -> Scenario:
-    """Returns the scenario of a YAML file, or of a bundled scenario by name (`paper/example1`).
+    def load_campaign(self, source: str | FilePath, overrides: Sequence[str] = ()) -> Campaign:
+        """Returns the campaign of a YAML file, or of a bundled campaign by name (`campaign/ideal`); as `load`.
 
-    Files it names (robot, CSV) are found relative to it; a CSV is read into the scenario, so that the
-    scenario alone reproduces the run.
+        Raises:
+            ScenarioError: everything wrong with it.
+        """
+        path = _path_of(source, _CAMPAIGN)
+        return self._read_document(parse_yaml(_read(path)), path, path.parent, overrides, _CAMPAIGN)
 
-    Args:
-        source: path of the file, or the name of a bundled scenario.
-        overrides: changes such as `law.kp=3`, applied before anything is judged.
+    def load_either(self, source: str | FilePath) -> Scenario | Campaign:
+        """Returns what a file says, or a bundled file of that name: a scenario or a campaign.
 
-    Raises:
-        ScenarioError: everything wrong with it.
-    """
-    path = _path_of(source, _SCENARIO)
-    return load_text(_read(path), source=path, directory=path.parent, overrides=overrides)
+        Raises:
+            ScenarioError: everything wrong with it.
+        """
+        if str(source) in assets.bundled_campaigns():
+            return self.load_campaign(source)
+        path = FilePath(source)
+        if path.is_file() and is_campaign(parse_yaml(_read(path)).tree):
+            return self.load_campaign(source)
+        return self.load(source)
 
+    def load(self, source: str | FilePath, overrides: Sequence[str] = ()) -> Scenario:
+        """Returns the scenario of a YAML file, or of a bundled scenario by name (`paper/example1`).
 
-def load_text(
-    text: str,
-    source: str | FilePath = "<text>",
-    directory: FilePath | None = None,
-    overrides: Sequence[str] = (),
-) -> Scenario:
-    """Returns the scenario of a YAML text.
+        Files it names (robot, CSV) are found relative to it; a CSV is read into the scenario, so that the
+        scenario alone reproduces the run.
 
-    Args:
-        text: the text.
-        source: how to call it in messages.
-        directory: what relative paths in it start from; the working directory by default.
-        overrides: as in `load`.
+        Args:
+            source: path of the file, or the name of a bundled scenario.
+            overrides: changes such as `law.kp=3`, applied before anything is judged.
 
-    Raises:
-        ScenarioError: everything wrong with it.
-    """
-    return _load_document(parse_yaml(text), source, directory or FilePath.cwd(), overrides, _SCENARIO)
+        Raises:
+            ScenarioError: everything wrong with it.
+        """
+        path = _path_of(source, _SCENARIO)
+        return self.load_text(_read(path), source=path, directory=path.parent, overrides=overrides)
 
+    def load_text(
+        self,
+        text: str,
+        source: str | FilePath = "<text>",
+        directory: FilePath | None = None,
+        overrides: Sequence[str] = (),
+    ) -> Scenario:
+        """Returns the scenario of a YAML text.
 
-def load_tree(
-    tree: Mapping[str, Any],
-    source: str | FilePath = "<scenario>",
-    directory: FilePath | None = None,
-    overrides: Sequence[str] = (),
-) -> Scenario:
-    """Returns the scenario of a tree, such as the one a recording carries; arguments as in `load_text`.
+        Args:
+            text: the text.
+            source: how to call it in messages.
+            directory: what relative paths in it start from; the working directory by default.
+            overrides: as in `load`.
 
-    Raises:
-        ScenarioError: everything wrong with it.
-    """
-    document = Document(copy.deepcopy(dict(tree)))
-    return _load_document(document, source, directory or FilePath.cwd(), overrides, _SCENARIO)
+        Raises:
+            ScenarioError: everything wrong with it.
+        """
+        return self._read_document(parse_yaml(text), source, directory or FilePath.cwd(), overrides, _SCENARIO)
+
+    def load_tree(
+        self,
+        tree: Mapping[str, Any],
+        source: str | FilePath = "<scenario>",
+        directory: FilePath | None = None,
+        overrides: Sequence[str] = (),
+    ) -> Scenario:
+        """Returns the scenario of a tree, such as the one a recording carries; arguments as in `load_text`.
+
+        Raises:
+            ScenarioError: everything wrong with it.
+        """
+        document = Document(copy.deepcopy(dict(tree)))
+        return self._read_document(document, source, directory or FilePath.cwd(), overrides, _SCENARIO)
+
+    def _read_document(
+        self,
+        document: Document,
+        source: str | FilePath,
+        directory: FilePath,
+        overrides: Sequence[str],
+        form: _Form[Kind],
+    ) -> Kind:
+        """Returns what a parsed file says; runs every check that still can."""
+        if document.tree is None:
+            raise ScenarioError(source, document.faults or [Fault(0, 0, "", "the file is empty")])
+        if form is _SCENARIO and is_campaign(document.tree):
+            raise ScenarioError(source, [_CAMPAIGN_FAULT])
+        tree = apply_overrides(document.tree, overrides)
+        changed = {parse_override(text)[0]: text for text in overrides}
+        problems: list[tuple[Path, str]] = []
+        loaded = None
+        tree = _resolve(tree, directory, problems)
+        try:
+            loaded = form.model.model_validate(tree)
+        except ValidationError as error:
+            problems += shape_faults(tree, error)
+        known = {path for path, _ in problems}
+        found = form.findings(tree, directory, self.checks)
+        problems += [(path, message) for path, message in found if path not in known]
+        faults = document.faults + [
+            _placed(path, message, document, changed) for path, message in problems if path not in document.unreadable
+        ]
+        if faults or loaded is None:
+            raise ScenarioError(source, list(dict.fromkeys(faults)))
+        return loaded
 
 
 def apply_overrides(tree: Any, overrides: Iterable[str]) -> Any:
@@ -185,33 +225,6 @@ def _assign(tree: Any, path: Path, value: Any) -> None:
             node[step] = value
         else:
             node = node[step]
-
-
-def _load_document(
-    document: Document, source: str | FilePath, directory: FilePath, overrides: Sequence[str], form: _Form[Kind]
-) -> Kind:
-    """Returns what a parsed file says; runs every check that still can."""
-    if document.tree is None:
-        raise ScenarioError(source, document.faults or [Fault(0, 0, "", "the file is empty")])
-    if form is _SCENARIO and is_campaign(document.tree):
-        raise ScenarioError(source, [_CAMPAIGN_FAULT])
-    tree = apply_overrides(document.tree, overrides)
-    changed = {parse_override(text)[0]: text for text in overrides}
-    problems: list[tuple[Path, str]] = []
-    loaded = None
-    tree = _resolve(tree, directory, problems)
-    try:
-        loaded = form.model.model_validate(tree)
-    except ValidationError as error:
-        problems += shape_faults(tree, error)
-    known = {path for path, _ in problems}
-    problems += [(path, message) for path, message in form.findings(tree, directory) if path not in known]
-    faults = document.faults + [
-        _placed(path, message, document, changed) for path, message in problems if path not in document.unreadable
-    ]
-    if faults or loaded is None:
-        raise ScenarioError(source, list(dict.fromkeys(faults)))
-    return loaded
 
 
 def _placed(path: Path, message: str, document: Document, changed: Mapping[Path, str]) -> Fault:

@@ -11,10 +11,9 @@ from matplotlib.lines import Line2D
 from matplotlib.transforms import ScaledTranslation
 
 from nhtrack.analysis.events import Event, Kind
-from nhtrack.plots.style import CROWD, INK
-from nhtrack.presentation.shown import Span, covered
+from nhtrack.colours import INK, robot_colour
+from nhtrack.presentation.shown import CROWD, Span, covered
 from nhtrack.recording import Recording
-from nhtrack.simulation.palette import robot_colour
 
 __all__ = ["covered", "mark_events"]
 

@@ -12,11 +12,11 @@ from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.patches import Circle, FancyArrowPatch
 
 from nhtrack.arrays import Array
+from nhtrack.colours import INK, robot_colour, wants_dark_ink
 from nhtrack.network import generations
 from nhtrack.plots.names import spread
-from nhtrack.plots.style import COLUMN, INK, column_styled, plain, run_title, styled
+from nhtrack.plots.style import COLUMN, column_styled, plain, run_title, styled
 from nhtrack.recording import Recording
-from nhtrack.simulation.palette import robot_colour, wants_dark_ink
 
 __all__ = ["communication", "graph", "ink_on", "left_title"]
 

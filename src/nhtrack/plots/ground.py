@@ -7,11 +7,10 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.patches import Circle, Rectangle
 
+from nhtrack.colours import GRIP, ICE, INK
 from nhtrack.ground import Ground, Patch
 from nhtrack.plots.names import Path
-from nhtrack.plots.style import INK
 from nhtrack.presentation.shown import ground_of
-from nhtrack.simulation.palette import GRIP, ICE
 
 __all__ = ["draw_ground", "ground_of"]
 

@@ -16,6 +16,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
+from nhtrack.colours import INK, robot_colour
 from nhtrack.plots.ground import draw_ground, ground_of
 from nhtrack.plots.margins import (
     EDGE,
@@ -30,7 +31,7 @@ from nhtrack.plots.margins import (
     title_room,
 )
 from nhtrack.plots.names import Path, name_paths
-from nhtrack.plots.style import COLUMN, CROWD, INK, column_styled, panel_title, run_title, write_note
+from nhtrack.plots.style import COLUMN, column_styled, panel_title, run_title, write_note
 from nhtrack.presentation.footprint import (
     DART,
     Footprint,
@@ -42,8 +43,8 @@ from nhtrack.presentation.footprint import (
     points_per_metre,
     scale_note,
 )
+from nhtrack.presentation.shown import CROWD
 from nhtrack.recording import Recording
-from nhtrack.simulation.palette import robot_colour
 
 __all__ = ["DART", "draw_glyphs", "frame_panel", "trajectories"]
 

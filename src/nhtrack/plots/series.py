@@ -13,9 +13,11 @@ from matplotlib.figure import Figure
 
 from nhtrack.analysis.events import Kind, find_events
 from nhtrack.analysis.metrics import heading_error, heading_gap, position_error, position_gap
+from nhtrack.colours import INK
 from nhtrack.plots.event_marks import mark_events
-from nhtrack.plots.style import CROWD, INK, column_styled
+from nhtrack.plots.style import column_styled
 from nhtrack.plots.time_figure import DASHED, LIMIT, Sheet, si_prefix
+from nhtrack.presentation.shown import CROWD
 from nhtrack.recording import Recording
 
 __all__ = ["errors", "gap", "inputs", "slip"]

@@ -22,15 +22,12 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.transforms import ScaledTranslation, Transform
 
+from nhtrack.colours import INK
 from nhtrack.plots.margins import EDGE, line_height
-from nhtrack.presentation.shown import BAND_COLOUR, CROWD
 from nhtrack.recording import Recording
 
 __all__ = [
-    "BAND_COLOUR",
     "COLUMN",
-    "CROWD",
-    "INK",
     "column_styled",
     "panel_title",
     "plain",
@@ -41,7 +38,6 @@ __all__ = [
 ]
 
 COLUMN = 3.5  # [in] width of a column of a journal
-INK = "#1A1A1A"
 
 STYLE: Any = {
     "font.family": "sans-serif",

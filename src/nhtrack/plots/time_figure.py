@@ -15,6 +15,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, MaxNLocator, NullLocator
 
+from nhtrack.colours import BAND_COLOUR, INK, robot_colour
 from nhtrack.plots.margins import (
     EDGE,
     Box,
@@ -28,9 +29,9 @@ from nhtrack.plots.margins import (
     title_room,
 )
 from nhtrack.plots.names import ends_room, name_ends
-from nhtrack.plots.style import BAND_COLOUR, COLUMN, CROWD, INK, panel_title, run_title, time_axes, write_note
+from nhtrack.plots.style import COLUMN, panel_title, run_title, time_axes, write_note
+from nhtrack.presentation.shown import CROWD
 from nhtrack.recording import Recording
-from nhtrack.simulation.palette import robot_colour
 
 __all__ = ["DASHED", "LIMIT", "Sheet", "si_prefix"]
 

@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Polygon
 
 from nhtrack import se2
-from nhtrack.plots.style import INK
+from nhtrack.colours import INK
 from nhtrack.recording import Recording
 
 __all__ = [

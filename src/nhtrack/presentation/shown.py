@@ -8,10 +8,9 @@ from collections.abc import Iterable
 from nhtrack.ground import Ground, Patch
 from nhtrack.recording import Recording
 
-__all__ = ["BAND_COLOUR", "CROWD", "Span", "covered", "ground_of"]
+__all__ = ["CROWD", "Span", "covered", "ground_of"]
 
 CROWD = 7  # more followers than this are drawn as a band: single curves could no longer be told apart
-BAND_COLOUR = "#0072B2"
 
 Span = tuple[float, float]
 

@@ -1,10 +1,6 @@
 """One page that says how a command went: it opens offline, in any browser, and needs no other file.
 
-`pages` has a module for each command; what these share is here: `page` (the file as a whole), `data`, `panels` and
-`thin` (numbers to draw), `words` and `units` (sentences), `graph`, `keys` and `film`; `assets` are templates, styles
-and scripts.
+Every study has a page of its own, in its folder; what they share is here: `page` (the file as a whole), `timed` (what
+moves with time), `data`, `panels` and `downsample` (numbers to draw), `summary_text` (sentences), `graph`,
+`scenario_listing` and `film`; `assets` are templates, styles and scripts.
 """
-
-from nhtrack.studies.run.report import Extras, render, write
-
-__all__ = ["Extras", "render", "write"]

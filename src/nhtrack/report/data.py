@@ -12,12 +12,12 @@ import numpy as np
 
 from nhtrack.analysis.events import find_events
 from nhtrack.analysis.metrics import heading_error, position_error, position_gap
+from nhtrack.colours import GRIP, ICE
 from nhtrack.presentation.shown import CROWD, covered, ground_of
 from nhtrack.recording import Recording
 from nhtrack.report.downsample import even_rows, numbers
 from nhtrack.report.panels import colours_of, make_panels
 from nhtrack.report.summary_text import has_virtual_root
-from nhtrack.simulation.palette import GRIP, ICE
 
 DIGITS = 8  # significant digits: a tenth of a micrometre along ten metres
 SHOWN_DIGITS = 4  # of read-outs, which show three

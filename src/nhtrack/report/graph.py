@@ -7,8 +7,8 @@ from collections.abc import Mapping, Sequence
 
 from markupsafe import Markup
 
+from nhtrack.colours import robot_colour, wants_dark_ink
 from nhtrack.network import Network
-from nhtrack.simulation.palette import robot_colour, wants_dark_ink
 
 _RADIUS = 14.0  # of a robot [px]
 _ROW, _COLUMN, _LEVEL = 36.0, 44.0, 92.0  # [px] between robots, between columns of one level, between levels

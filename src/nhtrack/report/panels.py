@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 
 from nhtrack.analysis.metrics import heading_error, heading_gap, position_error, position_gap
-from nhtrack.presentation.shown import BAND_COLOUR, CROWD
+from nhtrack.colours import BAND_COLOUR, robot_colour
+from nhtrack.presentation.shown import CROWD
 from nhtrack.recording import Recording
 from nhtrack.report.downsample import extreme_rows, numbers
-from nhtrack.simulation.palette import robot_colour
 from nhtrack.simulation.scene import SceneSpec
 
 POINTS = 120_000  # of all curves together: four megabytes, drawn within two seconds

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from nhtrack import assets
+from nhtrack.colours import GRIP, ICE, rgb
 from nhtrack.ground import Patch
 from nhtrack.robots.diff_drive.identification import Parts
 from nhtrack.simulation.fleet import ROBOT, Blueprint, Robot, make_blueprint
-from nhtrack.simulation.palette import GRIP, ICE, rgb
 
 if TYPE_CHECKING:
     from pathlib import Path

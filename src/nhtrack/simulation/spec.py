@@ -6,8 +6,8 @@ import json
 from dataclasses import asdict, dataclass
 from typing import Any
 
+from nhtrack.colours import robot_colour
 from nhtrack.ground import Ground, Patch
-from nhtrack.simulation.palette import robot_colour
 
 __all__ = ["Payload", "SceneSpec"]
 

@@ -68,9 +68,9 @@ def main() -> None:
 
 def _print_version(wanted: bool) -> None:
     if wanted:
-        from nhtrack import __version__
+        from importlib.metadata import version
 
-        typer.echo(f"nhtrack {__version__}")
+        typer.echo(f"nhtrack {version('nhtrack')}")
         raise typer.Exit
 
 

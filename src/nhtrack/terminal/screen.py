@@ -2,24 +2,20 @@
 
 from __future__ import annotations
 
-import math
 import os
 import sys
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, TypeAlias
 
 if TYPE_CHECKING:
     from rich.console import Console
     from rich.table import Table
 
     from nhtrack.config.law_sections import LawSection
-    from nhtrack.studies.run.run import Outcome
 
 # Called with the work done and the whole of it.
 Report: TypeAlias = Callable[[int, int], None]
-
-_EVENTS = 12  # rows of the table of events: more would push what matters off the screen
 
 
 def cores() -> int:
@@ -70,82 +66,6 @@ def print_how_laws_run(laws: Iterable[LawSection]) -> None:
             from nhtrack.laws.address import runs_as_python
 
             sys.stderr.write(f"warning: law {law.name!r} {runs_as_python(reason)}\n")
-
-
-def print_outcome(outcome: Outcome, console: Console) -> None:
-    """Prints the figures of a run, its warnings, and where its files are."""
-    console.print(_followers_table(outcome.summary))
-    console.print(_robots_table(outcome.summary))
-    if outcome.summary["events"]:
-        console.print(_events_table(outcome.summary["events"]))
-    for warning in outcome.summary.get("warnings", ()):
-        console.print(f"[yellow]warning:[/] {escape(warning)}", highlight=False, soft_wrap=True)
-    for reason in outcome.skipped:
-        console.print(f"[yellow]left out:[/] {escape(reason)}", highlight=False, soft_wrap=True)
-    for file in outcome.files:
-        console.print(f"wrote {file}", highlight=False, soft_wrap=True, markup=False)
-
-
-def _followers_table(summary: dict[str, Any]) -> Table:
-    table = make_table(f"{summary['name']}: what each follower makes of its leader")
-    for heading in ("follower", "start", "final", "final heading", "late", "late heading", "settled"):
-        table.add_column(heading, justify="left" if heading == "follower" else "right")
-    for name, figures in summary["followers"].items():
-        table.add_row(
-            name,
-            show_metres(figures["initial_position_error"]),
-            show_metres(figures["final_position_error"]),
-            show_quantity(figures["final_heading_error"], "rad"),
-            show_metres(figures["late_position_error"]),
-            show_quantity(figures["late_heading_error"], "rad"),
-            show_quantity(figures["settling_time"], "s"),
-        )
-    return table
-
-
-def _robots_table(summary: dict[str, Any]) -> Table:
-    table = make_table("How far wheels and ideal twin part, and what the floor had to do")
-    for heading in ("robot", "path", "gap RMS", "gap max", "friction used", "torque at limit"):
-        table.add_column(heading, justify="left" if heading == "robot" else "right")
-    for name, figures in summary["robots"].items():
-        table.add_row(
-            name,
-            show_metres(figures["path_length"]),
-            show_metres(figures["gap_position_rms"]),
-            show_metres(figures["gap_position_max"]),
-            show_share(figures["peak_utilisation"]),
-            show_share(figures["torque_saturation_share"]),
-        )
-    return table
-
-
-def _events_table(events: list[dict[str, Any]]) -> Table:
-    table = make_table("What went wrong on wheels")
-    for heading in ("event", "robot", "wheel", "from", "to", "how bad"):
-        table.add_column(heading, justify="right" if heading in ("from", "to") else "left")
-    for event in events[:_EVENTS]:
-        table.add_row(
-            event["kind"],
-            escape(event["robot"]),
-            event["wheel"] or "-",
-            f"{event['start']:.2f} s",
-            f"{event['end']:.2f} s",
-            f"{event['measure']} {_how_bad(event)}",
-        )
-    if len(events) > _EVENTS:
-        table.caption, table.caption_justify = f"and {len(events) - _EVENTS} more in summary.json", "left"
-    return table
-
-
-def _how_bad(event: dict[str, Any]) -> str:
-    """Returns the figure of an event as people read it: shares in per cent, angles in degrees."""
-    match event["unit"]:
-        case "1":
-            return show_share(event["worst"])
-        case "rad":
-            return show_quantity(None if event["worst"] is None else math.degrees(event["worst"]), "degrees")
-        case unit:
-            return show_quantity(event["worst"], unit)
 
 
 def make_table(title: str) -> Table:

@@ -6,7 +6,7 @@ import mujoco
 import numpy as np
 from scipy.spatial import cKDTree
 
-from nhtrack.simulation.palette import UTILISATION, rgb
+from nhtrack.colours import UTILISATION, rgb
 from nhtrack.simulation.scene import Scene
 
 __all__ = ["Bodies", "fading", "robot_scale", "utilisation_colour", "wheel_angles"]

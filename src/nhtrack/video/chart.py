@@ -11,7 +11,9 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from nhtrack.analysis.metrics import heading_error, position_error, position_gap
-from nhtrack.plots.style import BAND_COLOUR, CROWD, styled
+from nhtrack.colours import BAND_COLOUR
+from nhtrack.plots.style import styled
+from nhtrack.presentation.shown import CROWD
 from nhtrack.recording import Recording
 from nhtrack.simulation.scene import SceneSpec
 from nhtrack.video.timeline import Timeline

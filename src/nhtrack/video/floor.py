@@ -9,7 +9,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from nhtrack import se2
-from nhtrack.simulation.palette import rgb
+from nhtrack.colours import rgb
 from nhtrack.simulation.scene import Scene
 from nhtrack.video.bodies import fading
 from nhtrack.video.render_options import FLEET

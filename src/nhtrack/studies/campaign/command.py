@@ -7,9 +7,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from nhtrack.studies.run.command import Pdf
-from nhtrack.studies.tune.command import Changes
 from nhtrack.terminal.app import EXIT_INTERRUPTED, app, fail
+from nhtrack.terminal.options import Changes, Pdf
 from nhtrack.terminal.screen import make_table, print_how_laws_run, progress_bars, screen, show_quantity, show_share
 
 if TYPE_CHECKING:
@@ -35,7 +34,7 @@ def campaign(
     no_report: Annotated[bool, typer.Option("--no-report", help="Write no report.")] = False,
 ) -> None:
     """Try laws against references from many random starts; stopped, the same command goes on."""
-    from nhtrack.config.load import load_campaign
+    from nhtrack.experiment.load import load_campaign
     from nhtrack.studies.campaign.run import run_campaign, write_report
 
     loaded = load_campaign(file, list(changes or []))

@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from nhtrack.colours import robot_colour
 from nhtrack.presentation.numbers import grouped, listed, share
 from nhtrack.report.downsample import even_rows, numbers
 from nhtrack.report.page import Page, write_page
 from nhtrack.report.scenario_listing import meanings, yaml_text
-from nhtrack.simulation.palette import robot_colour
 from nhtrack.studies.campaign.plots.shares import percent
 
 if TYPE_CHECKING:

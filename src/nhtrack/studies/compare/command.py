@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Annotated, TypeAlias
 
 import typer
 
-from nhtrack.studies.run.command import Backend, Pdf, load_scenario
 from nhtrack.terminal.app import EXIT_DIVERGED, EXIT_INTERRUPTED, app, fail
+from nhtrack.terminal.options import Backend, Pdf, load_scenario
 from nhtrack.terminal.screen import (
     cores,
     escape,

@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, MaxNLocator, NullLocator
 
 from nhtrack.analysis.metrics import heading_error, position_error
+from nhtrack.colours import ROOT, robot_colour
 from nhtrack.plots.ground import draw_ground, ground_of
 from nhtrack.plots.margins import (
     EDGE,
@@ -26,7 +27,7 @@ from nhtrack.plots.margins import (
 )
 from nhtrack.plots.names import Path, ends_room, name_ends, name_paths
 from nhtrack.plots.paths import frame_panel
-from nhtrack.plots.style import COLUMN, CROWD, column_styled, panel_title, time_axes, write_note
+from nhtrack.plots.style import COLUMN, column_styled, panel_title, time_axes, write_note
 from nhtrack.presentation.footprint import (
     Footprint,
     dart_outlines,
@@ -37,8 +38,8 @@ from nhtrack.presentation.footprint import (
     points_per_metre,
     scale_note,
 )
+from nhtrack.presentation.shown import CROWD
 from nhtrack.recording import Recording
-from nhtrack.simulation.palette import ROOT, robot_colour
 
 __all__ = ["overlay"]
 

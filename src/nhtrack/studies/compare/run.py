@@ -178,8 +178,8 @@ def _filmed(found: Comparison, stage: Stage | None, processes: int) -> Compariso
 def _reported(found: Comparison) -> Comparison:
     """Returns a comparison with its report, which has the film in it if there is one."""
     from nhtrack.config.documentation import json_schema
-    from nhtrack.report import Extras
     from nhtrack.studies.compare.report import write
+    from nhtrack.studies.run.report import Extras
     from nhtrack.video.together import together
 
     film = found.folder / "video.mp4"

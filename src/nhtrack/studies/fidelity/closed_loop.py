@@ -8,7 +8,7 @@ import numpy as np
 
 from nhtrack import assets
 from nhtrack.analysis.metrics import heading_gap, position_gap
-from nhtrack.config.load import load
+from nhtrack.experiment.load import load
 from nhtrack.recording import Recording
 from nhtrack.studies.fidelity.bench import Bench, Finding
 from nhtrack.studies.run.run import simulate

@@ -8,8 +8,8 @@ from typing import Annotated
 
 import typer
 
-from nhtrack.studies.run.command import Backend, Pdf
 from nhtrack.terminal.app import app
+from nhtrack.terminal.options import Backend, Pdf
 from nhtrack.terminal.screen import progress_bars
 
 

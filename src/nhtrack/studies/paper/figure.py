@@ -17,11 +17,11 @@ from matplotlib.ticker import MaxNLocator
 
 from nhtrack import se2
 from nhtrack.arrays import Array
+from nhtrack.colours import INK, robot_colour
 from nhtrack.plots.graph import left_title
 from nhtrack.plots.paths import DART, draw_glyphs, frame_panel
-from nhtrack.plots.style import INK, panel_title, styled
+from nhtrack.plots.style import panel_title, styled
 from nhtrack.recording import Recording
-from nhtrack.simulation.palette import robot_colour
 
 __all__ = [
     "Tracks",

@@ -8,8 +8,8 @@ from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
 from nhtrack.analysis.metrics import smallest_separation, summary
-from nhtrack.config.load import load_tree
 from nhtrack.config.schema import Follower, Leader, Scenario, SignalInput, Start
+from nhtrack.experiment.load import load_tree
 from nhtrack.recording import Recording
 
 if TYPE_CHECKING:

@@ -19,7 +19,7 @@ from nhtrack.analysis.metrics import (
     smallest_separation,
     summary,
 )
-from nhtrack.config.load import load_tree
+from nhtrack.experiment.load import load_tree
 from nhtrack.presentation.numbers import quantity, seconds, share
 from nhtrack.recording import Recording
 from nhtrack.studies.paper.page import FOLLOWERS, STARTS, farthest, follower_rows, leader_path, settings, start_rows

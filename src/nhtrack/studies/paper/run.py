@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
-from nhtrack.config.load import load
 from nhtrack.errors import RecordingError
+from nhtrack.experiment.load import load
 from nhtrack.files.atomic import atomic_path
 from nhtrack.recording import Recording
 from nhtrack.studies.paper.examples import EXAMPLES, Example, ExampleError, PaperFigure, Runs, examples_of

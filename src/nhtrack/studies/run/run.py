@@ -14,11 +14,11 @@ import numpy as np
 from nhtrack.analysis.demand import predictions
 from nhtrack.analysis.events import find_events, sentences
 from nhtrack.analysis.metrics import summary
-from nhtrack.config.load import load
 from nhtrack.config.schema import Scenario, Video
 from nhtrack.errors import RenderError, SimulationDiverged
 from nhtrack.experiment.build import Experiment, build
 from nhtrack.experiment.compile import compile_once
+from nhtrack.experiment.load import load
 from nhtrack.experiment.loop import Progress, Rollout
 from nhtrack.experiment.recorder import FullRecorder, Shape
 from nhtrack.experiment.stability import stance_warnings
@@ -282,7 +282,7 @@ def _figures(recording: Recording, folder: Path, *, pdf: bool) -> tuple[list[Pat
 def _report(outcome: Outcome, folder: Path, skipped: list[str]) -> Path:
     """Returns the report of a run, with the film in it if the folder has one."""
     from nhtrack.config.documentation import json_schema
-    from nhtrack.report import Extras, write
+    from nhtrack.studies.run.report import Extras, write
 
     film, mark = folder / "video.mp4", "no video: "
     reasons = [reason.removeprefix(mark) for reason in skipped if reason.startswith(mark)]

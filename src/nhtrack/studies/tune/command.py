@@ -1,15 +1,14 @@
-"""Commands that study a scenario before it is run: feasibility, tune."""
+"""The command `tune`."""
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from nhtrack.studies.run.command import load_scenario
 from nhtrack.terminal.app import app, fail
+from nhtrack.terminal.options import Changes, load_scenario
 from nhtrack.terminal.screen import (
     escape,
     make_table,
@@ -23,61 +22,7 @@ from nhtrack.terminal.screen import (
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from nhtrack.studies.feasibility.run import Feasibility
     from nhtrack.studies.tune.run import Tuning
-
-Changes = Annotated[
-    list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Override any key: law.kp=3. Repeatable.")
-]
-
-
-@app.command()
-def feasibility(
-    scenario: Annotated[
-        str, typer.Argument(help="A scenario file, a bundled name (`nhtrack list`), or a recording.nc.")
-    ],
-    changes: Changes = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print the figures as JSON.")] = False,
-) -> None:
-    """Say from the ideal run alone what a scenario asks of wheels and motors, and the time scale that fits."""
-    loaded = load_scenario(scenario, list(changes or []))
-    from nhtrack.experiment.compile import compile_once
-    print_how_laws_run([loaded.law])
-    from nhtrack.studies.feasibility.run import feasibility as study
-
-    with progress_bars() as stage:
-        compile_once(stage)
-        found = study(loaded, stage("ideal runs"))
-    if as_json:
-        typer.echo(json.dumps(found.table, indent=2, allow_nan=False))
-    else:
-        _print_feasibility(found, screen())
-
-
-def _print_feasibility(found: Feasibility, console: Console) -> None:
-    """Prints what each robot is asked for, and the verdict."""
-    table = make_table(f"{found.scenario.name}: what the motion asks of the robots")
-    for heading in ("robot", "quantity", "most", "limit", "used", "when", "wheel"):
-        words = heading in ("robot", "quantity", "wheel")
-        table.add_column(heading, justify="left" if words else "right", no_wrap=heading == "quantity")
-    robot = ""
-    for row in found.table:
-        unit = "" if row["unit"] == "1" else row["unit"]
-        over = (row["share"] is None and row["limit"] is not None) or (row["share"] or 0.0) > 1
-        table.add_row(
-            row["robot"] if row["robot"] != robot else "",
-            row["quantity"].replace("_", " "),
-            show_quantity(row["value"], unit),
-            show_quantity(row["limit"], unit),
-            show_share(row["share"]),
-            show_quantity(row["time"], "s"),
-            row["wheel"] or "",
-            style="bold red" if over else None,
-        )
-        robot = row["robot"]
-    console.print(table)
-    console.print(escape(found.verdict), highlight=False, soft_wrap=True)
-
 
 @app.command()
 def tune(
@@ -132,10 +77,11 @@ def _save(found: Tuning, scenario: str, target: Path, changes: list[str]) -> Non
     """Writes the scenario file with the gains, and above its law how they were found."""
     from nhtrack.assets import find_scenario
     from nhtrack.config.edit import save_law_gains
+    from nhtrack.experiment.load import LOADER
 
     source = Path(scenario) if Path(scenario).is_file() else find_scenario(scenario)
     account = found.account + (f", with {' '.join(changes)}" if changes else "")
-    save_law_gains(source, target, found.gains, "nhtrack tune:", [f"{account};", found.leaves])
+    save_law_gains(source, target, found.gains, "nhtrack tune:", [f"{account};", found.leaves], LOADER)
 
 
 def _print_tuning(found: Tuning, console: Console) -> None:

@@ -13,8 +13,8 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import LogLocator
 
+from nhtrack.colours import FOLLOWERS, ROOT
 from nhtrack.plots.style import panel_title, plain, styled
-from nhtrack.simulation.palette import FOLLOWERS, ROOT
 from nhtrack.studies.campaign.plots.pieces import LONE, QUIET, grid, legend, letter, line, name_outer, names, title
 
 _CURVE_POINTS = 500  # of a distribution; more could not be seen

@@ -11,8 +11,7 @@ from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from nhtrack.plots.style import INK
-from nhtrack.simulation.palette import FOLLOWERS, ROOT
+from nhtrack.colours import FOLLOWERS, INK, ROOT
 
 # One hue from light to dark: the order survives colour blindness and a grey print.
 SHADES = LinearSegmentedColormap.from_list("share", ["#F3F7FA", "#A9CDE5", "#3E8FC4", "#005A9C", "#00325C"])

@@ -12,7 +12,8 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from nhtrack.plots.style import INK, plain, styled
+from nhtrack.colours import INK
+from nhtrack.plots.style import plain, styled
 from nhtrack.studies.campaign.plots.pieces import QUIET, SHADES, grouped, names, title
 
 _DARK = 0.595  # share of which white and black letters are equally readable

@@ -19,9 +19,9 @@ from matplotlib.patheffects import withStroke
 from matplotlib.ticker import MaxNLocator
 
 from nhtrack import se2
+from nhtrack.colours import INK, ROOT
 from nhtrack.plots.paths import DART
-from nhtrack.plots.style import INK, panel_title, plain, styled
-from nhtrack.simulation.palette import ROOT
+from nhtrack.plots.style import panel_title, plain, styled
 from nhtrack.studies.campaign.plots.pieces import (
     LONE,
     QUIET,

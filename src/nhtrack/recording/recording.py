@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,6 +15,7 @@ import numpy as np
 
 from nhtrack.errors import RecordingError
 from nhtrack.files.atomic import atomic_path
+from nhtrack.recording.variables import COMPONENTS, VARIABLES
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -23,67 +23,6 @@ if TYPE_CHECKING:
 FORMAT_VERSION = 1
 
 _LARGE = 10**9  # bytes of a recording that is not saved by way of memory
-
-COMPONENTS: dict[str, tuple[str, ...]] = {
-    "pose_component": ("x", "y", "theta"),
-    "twist_component": ("v_x", "v_y", "omega"),
-    "input_component": ("u_x", "u_theta"),
-    "wheel": ("left", "right"),
-}
-
-
-@dataclass(frozen=True)
-class Variable:
-    """A recorded quantity: its dimensions after (time, robot), its unit, and what it means."""
-
-    dims: tuple[str, ...]
-    units: str
-    long_name: str
-
-
-_POSE, _TWIST, _INPUT, _WHEEL = (("pose_component",), ("twist_component",), ("input_component",), ("wheel",))
-
-VARIABLES: dict[str, Variable] = {
-    "pose": Variable(
-        _POSE, "m, m, rad", "pose of the axle midpoint in the world, heading unwrapped"),
-    "twist": Variable(
-        _TWIST, "m/s, m/s, rad/s", "body twist of the axle midpoint"),
-    "input": Variable(
-        _INPUT, "m/s^2, rad/s^2", "commanded accelerations, held over the period that begins at this time"),
-    "leader_pose": Variable(
-        _POSE, "m, m, rad", "pose each follower was told to track (NaN for the root)"),
-    "leader_twist": Variable(
-        _TWIST, "m/s, m/s, rad/s", "twist each follower was told to track (NaN for the root)"),
-    "error": Variable(
-        _POSE, "m, m, rad",
-        "follower's pose seen from what it tracks, heading taken to (-pi, pi] (NaN for the root)"),
-    "ideal_pose": Variable(
-        _POSE, "m, m, rad", "pose of the ideal twin: same scenario and sampled law on the ideal integrator"),
-    "wheel_torque": Variable(
-        _WHEEL, "N m",
-        "torque of the wheel motors, after limits, mean over the period that ends at this time"),
-    "wheel_torque_demand": Variable(
-        _WHEEL, "N m",
-        "torque the compensation asked for before limits, of largest magnitude in that period"),
-    "torque_saturation": Variable(
-        _WHEEL, "1", "share of the period that ends at this time in which the motor's limits cut the torque asked for"
-    ),
-    "wheel_speed": Variable(
-        _WHEEL, "rad/s", "spin of the wheels relative to the chassis"),
-    "wheel_load": Variable(
-        _WHEEL, "N", "normal force between wheel and floor"),
-    "longitudinal_slip": Variable(
-        _WHEEL, "m/s", "rolling-direction velocity of the contact point, v_x -+ b omega - r wheel_speed"),
-    "lateral_slip": Variable(
-        (), "m/s", "sideways velocity of the axle, v_y"),
-    "friction_utilisation": Variable(
-        _WHEEL, "1", "hypot(f_long, f_lat)/(mu N), largest in the period that ends at this time"),
-    "friction_utilisation_predicted": Variable(
-        _WHEEL, "1", "the same from the reduced model with quasi-static loads"),
-    "tilt": Variable(
-        (), "rad", "angle between the robot's vertical axis and the world's"),
-}  # fmt: skip
-
 
 class Recording:
     """A finished (or interrupted) run.

@@ -1,17 +1,25 @@
-"""Colours of the robots, the same in the scene, the film and the figures."""
+"""The colours of scenes, films, figures and pages."""
 
 from __future__ import annotations
 
-__all__ = ["FOLLOWERS", "GRIP", "ICE", "ROOT", "UTILISATION", "rgb", "robot_colour", "wants_dark_ink"]
+__all__ = [
+    "BAND_COLOUR",
+    "FOLLOWERS",
+    "GRIP",
+    "ICE",
+    "INK",
+    "ROOT",
+    "UTILISATION",
+    "rgb",
+    "robot_colour",
+    "wants_dark_ink",
+]
 
 # A set that colour-blind readers can tell apart (Okabe and Ito 2008), most readable on white first.
 ROOT = "#D55E00"
+BAND_COLOUR = "#0072B2"  # of many followers drawn as a band
+INK = "#1A1A1A"  # of letters and outlines
 FOLLOWERS = ("#0072B2", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#7F7F7F", "#B5A900")
-
-
-def robot_colour(index: int) -> str:
-    """Returns the colour `#RRGGBB` of a robot by its place in the recording; the root's is its own alone."""
-    return ROOT if index == 0 else FOLLOWERS[(index - 1) % len(FOLLOWERS)]
 
 # Patches of the floor with less and with more friction than the rest.
 ICE, GRIP = "#9ED1F2", "#736154"
@@ -31,3 +39,8 @@ def wants_dark_ink(colour: str) -> bool:
     red, green, blue = (c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in rgb(colour))
     luminance = 0.2126 * red + 0.7152 * green + 0.0722 * blue
     return (luminance + 0.05) ** 2 > 0.05 * 1.05
+
+
+def robot_colour(index: int) -> str:
+    """Returns the colour `#RRGGBB` of a robot by its place in the recording; the root's is its own alone."""
+    return ROOT if index == 0 else FOLLOWERS[(index - 1) % len(FOLLOWERS)]

@@ -9,12 +9,12 @@ from pathlib import Path
 from typing import Any
 
 from nhtrack.compiled import cache_folder
-from nhtrack.config.load import load_tree
 from nhtrack.config.schema import Scenario
 from nhtrack.errors import Fault, ScenarioError
+from nhtrack.experiment.load import load_tree
 from nhtrack.files.atomic import atomic_path
 from nhtrack.laws import laws
-from nhtrack.recording import Recording
+from nhtrack.recording.recording import Recording
 
 
 def load_recorded(

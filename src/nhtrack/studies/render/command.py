@@ -1,0 +1,89 @@
+"""The command `render`."""
+
+from __future__ import annotations
+
+import re
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from nhtrack.terminal.app import app, fail
+from nhtrack.terminal.screen import cores, progress_bars
+
+
+class Camera(StrEnum):
+    """Where the film is seen from."""
+
+    group = "group"
+    top = "top"
+    isometric = "isometric"
+    chase = "chase"
+    split = "split"  # type: ignore[assignment]  # a string has a method of that name
+
+
+class Quality(StrEnum):
+    """What is spent on the film's pictures."""
+
+    draft = "draft"
+    normal = "normal"
+    high = "high"
+
+
+@app.command()
+def render(
+    recording: Annotated[Path, typer.Argument(help="A recording.nc that a run left.")],
+    out: Annotated[
+        Path | None, typer.Option(help="The film, .mp4 or .gif; by default renders/<run>.mp4.")
+    ] = None,
+    camera: Annotated[Camera | None, typer.Option(help="By default as the scenario says.")] = None,
+    size: Annotated[str | None, typer.Option(metavar="WxH", help="Pixels, such as 1280x720.")] = None,
+    fps: Annotated[int | None, typer.Option(min=1, max=120, help="Frames per second.")] = None,
+    speed: Annotated[float | None, typer.Option(help="Robot seconds per second of film.")] = None,
+    quality: Annotated[Quality | None, typer.Option(help="By default as the scenario says.")] = None,
+    processes: Annotated[
+        int | None, typer.Option(min=1, help="Processes that draw; by default one for each core. Same pixels.")
+    ] = None,
+    force: Annotated[bool, typer.Option("--force", help="Replace the film if it exists.")] = False,
+) -> None:
+    """Make a film from a recording; nothing is simulated again."""
+    if speed is not None and not speed > 0:
+        raise typer.BadParameter(f"expected a number greater than 0, got {speed:g}", param_hint="--speed")
+    pixels = _pixels(size) if size is not None else None
+    from nhtrack.config.schema import Video
+    from nhtrack.recording import Recording
+
+    loaded = Recording.load(recording)
+    wanted = Video.model_validate(loaded.scenario.get("video", {}))
+    target = out or Path("renders") / f"{_run_name(recording, loaded.name)}.mp4"
+    if target.exists() and not force:
+        fail(f"error: {target} exists; choose another --out, or --force to replace it")
+    from nhtrack.video import render as render_film
+
+    with progress_bars() as stage:
+        film = render_film(
+            loaded,
+            target,
+            camera=camera.value if camera is not None else wanted.camera,
+            size=pixels or wanted.size,
+            fps=fps or wanted.fps,
+            speed=speed or wanted.speed,
+            quality=quality.value if quality is not None else wanted.quality,
+            processes=processes or cores(),
+            progress=stage("video"),
+        )
+    typer.echo(f"wrote {film}")
+
+
+def _run_name(recording: Path, name: str) -> str:
+    """Returns the name of the run a recording lies in: its folder, unless that says nothing."""
+    folder = recording.resolve().parent.name
+    return folder if folder.startswith(name) else name
+
+
+def _pixels(text: str) -> tuple[int, int]:
+    match = re.fullmatch(r"(\d{2,4})x(\d{2,4})", text)
+    if match is None or any(int(side) % 2 for side in match.groups()):
+        raise typer.BadParameter(f"expected two even numbers such as 1280x720, got {text!r}", param_hint="--size")
+    return int(match[1]), int(match[2])

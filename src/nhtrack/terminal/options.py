@@ -1,0 +1,39 @@
+"""Options that several commands have, and the scenario that most of them begin with."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+if TYPE_CHECKING:
+    from nhtrack.config.schema import Scenario
+
+
+class Backend(StrEnum):
+    """What moves the robots."""
+
+    mujoco = "mujoco"
+    ideal = "ideal"
+
+
+Pdf = Annotated[bool, typer.Option("--pdf", help="Draw figures for print: PDF, and PNG of more pixels.")]
+Changes = Annotated[
+    list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Override any key: law.kp=3. Repeatable.")
+]
+
+
+def load_scenario(source: str, overrides: list[str]) -> Scenario:
+    """Returns the scenario of a file, of a bundled name, or the one a recording was made from."""
+    from nhtrack.experiment.load import load
+
+    if not source.endswith(".nc"):
+        return load(source, overrides)
+    from nhtrack.recording import Recording
+    from nhtrack.recording.rerun import load_recorded
+
+    loaded, notes = load_recorded(Recording.load(source), source, overrides)
+    for note in notes:
+        typer.echo(f"note: {note}", err=True)
+    return loaded
