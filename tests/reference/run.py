@@ -12,7 +12,7 @@ from nhtrack.config import schema
 from nhtrack.config.law_sections import LawSection
 from nhtrack.ground import Patch
 from nhtrack.network import Network
-from nhtrack.reference import Reference, Signal, make_segments, make_signal
+from nhtrack.references import Reference, Signal, make_segments, make_signal
 from nhtrack.similarity import Similarity
 from nhtrack.simulation.scene import Payload, SceneSpec, reduced_models
 from reference.laws import BASELINES, Law, Limits, Published, Stabiliser, Universal

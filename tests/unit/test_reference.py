@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import tolerances as tol
-from nhtrack.reference import Expression, Reference, ReferenceInputError, Segments, Table, make_segments, make_signal
+from nhtrack.references import Expression, Reference, ReferenceInputError, Segments, Table, make_segments, make_signal
 
 TIMES = np.linspace(0.0, 10.0, 101)
 

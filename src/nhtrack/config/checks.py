@@ -17,7 +17,7 @@ import numpy as np
 from nhtrack.config.schema import Leader, Physics, Scenario, Similarity
 from nhtrack.config.tree import Path, lookup
 from nhtrack.network import network_faults
-from nhtrack.reference import ReferenceInputError, Signal, Table, make_segments, make_signal
+from nhtrack.references import ReferenceInputError, Signal, Table, make_segments, make_signal
 
 Finding = tuple[Path, str]
 Checks = Callable[[Mapping[str, Any], FilePath], Iterator[Finding]]

@@ -14,7 +14,7 @@ from typing import Any
 from nhtrack.config.campaign import Campaign
 from nhtrack.config.schema import Scenario
 from nhtrack.config.section import Section
-from nhtrack.reference import CONSTANTS, FUNCTIONS
+from nhtrack.references import CONSTANTS, FUNCTIONS
 
 COMMAND = "python -m nhtrack.config.documentation docs"
 

@@ -18,7 +18,7 @@ from pydantic import AfterValidator, BaseModel, BeforeValidator, Discriminator, 
 
 from nhtrack.config.law_sections import Law
 from nhtrack.config.section import Section, fault
-from nhtrack.reference import Expression, Interpolation, ReferenceInputError
+from nhtrack.references import Expression, Interpolation, ReferenceInputError
 
 ROBOT_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_-]*\Z")
 

@@ -17,7 +17,7 @@ from nhtrack.experiment.recorder import FullRecorder, Recorder
 from nhtrack.ground import Patch
 from nhtrack.laws import Law, Limits
 from nhtrack.network import Network
-from nhtrack.reference import Reference, Signal, make_segments, make_signal
+from nhtrack.references import Reference, Signal, make_segments, make_signal
 from nhtrack.similarity import Similarity
 from nhtrack.simulation.scene import Payload, SceneSpec, reduced_models
 from nhtrack.simulation.state import State

@@ -1,9 +1,4 @@
-"""The leader's input u0(t): what the root of the network is commanded over time.
-
-A signal is a scalar function of time; a reference is a pair of them, (u_x [m/s^2], u_theta [rad/s^2]) in
-whatever units its time is in. Nothing here knows of files or of scales: `nhtrack.similarity` maps times and
-inputs to the robot.
-"""
+"""A formula in the time as a signal, read by a parser of its own: nothing is handed to Python's `eval`."""
 
 from __future__ import annotations
 
@@ -11,39 +6,17 @@ import ast
 import cmath
 import math
 import operator
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any, Literal, Protocol, TypeAlias
+from typing import Any
 
 import numpy as np
 from simpleeval import InvalidExpression, SimpleEval, safe_mult, safe_power
 
-from nhtrack.errors import NhtrackError, did_you_mean
-
-Interpolation: TypeAlias = Literal["previous", "linear"]
+from nhtrack.errors import did_you_mean
+from nhtrack.references.contract import ReferenceInputError
 
 LONGEST_EXPRESSION = 1000  # characters; keeps a hostile text from exhausting Python's parser
-
-
-class ReferenceInputError(NhtrackError):
-    """An input that cannot be understood or has no finite value at some time.
-
-    Attributes:
-        t: the time it happened at, or None where the fault is in the text itself.
-    """
-
-    def __init__(self, message: str, t: float | None = None) -> None:
-        self.t = t
-        super().__init__(message)
-
-
-class Signal(Protocol):
-    """A scalar function of time, sampled on a grid."""
-
-    def __call__(self, t: np.ndarray) -> np.ndarray:
-        """Returns the values at the times `t`, both of shape (T,)."""
-        ...
-
 
 FUNCTIONS: dict[str, Callable[..., Any]] = {
     **{name: getattr(math, name) for name in ("sin", "cos", "tan", "asin", "acos", "atan", "atan2")},
@@ -201,129 +174,3 @@ class Expression:
 def make_signal(value: float | str) -> Expression:
     """Returns the signal of a number or of a formula in t."""
     return Expression(value if isinstance(value, str) else repr(float(value)))
-
-
-@dataclass(frozen=True)
-class Segments:
-    """Signals one after the other: `signals[i]` on [ends[i-1], ends[i]), and 0 after the last end.
-
-    Attributes:
-        ends: strictly increasing positive times, the last may be infinite, shape n.
-        signals: what holds before each end, shape n.
-
-    Raises:
-        ReferenceInputError: ends that do not increase, or not as many ends as signals.
-    """
-
-    ends: tuple[float, ...]
-    signals: tuple[Signal, ...]
-
-    def __post_init__(self) -> None:
-        if len(self.ends) != len(self.signals):
-            raise ReferenceInputError(f"{len(self.ends)} ends for {len(self.signals)} segments")
-        if any(not end > start for start, end in zip((0.0, *self.ends), self.ends, strict=False)):
-            raise ReferenceInputError(f"segments must end at increasing times after 0, got {list(self.ends)}")
-
-    def __call__(self, t: np.ndarray) -> np.ndarray:
-        """Returns the values at the times `t`, both of shape (T,); a formula is asked in its segment only."""
-        times = np.asarray(t, dtype=np.float64)
-        # A control instant that rounding left just short of an end belongs to the next segment: pieces meant
-        # to cancel (speed up for 1 s, brake for 1 s) then hold for equally many periods and stop the leader
-        # exactly.
-        ends = np.array(self.ends) * (1.0 - 1e-12)
-        index = np.searchsorted(ends, times, side="right")
-        values = np.zeros(times.shape)
-        for i, signal in enumerate(self.signals):
-            inside = index == i
-            values[inside] = signal(times[inside])
-        return values
-
-
-@dataclass(frozen=True)
-class Table:
-    """Samples of a signal, held or joined by lines; constant before the first and after the last.
-
-    Attributes:
-        times: strictly increasing times, shape (n,).
-        values: values at them, shape (n,).
-        interpolation: `previous` holds each sample until the next, `linear` joins them.
-
-    Raises:
-        ReferenceInputError: no rows, times that do not increase, or a number that is not finite.
-    """
-
-    times: tuple[float, ...]
-    values: tuple[float, ...]
-    interpolation: Interpolation = "previous"
-
-    def __post_init__(self) -> None:
-        times, values = np.asarray(self.times), np.asarray(self.values)
-        if times.size == 0 or times.shape != values.shape:
-            raise ReferenceInputError(
-                f"a table needs as many times as values, got {times.size} and {values.size}"
-            )
-        if not (np.isfinite(times).all() and np.isfinite(values).all()):
-            raise ReferenceInputError("a table may hold finite numbers only")
-        if times.size > 1 and (late := np.flatnonzero(np.diff(times) <= 0)).size:
-            row = int(late[0])
-            raise ReferenceInputError(
-                f"the times of a table must increase, got {times[row]:g} before {times[row + 1]:g}"
-            )
-
-    def __call__(self, t: np.ndarray) -> np.ndarray:
-        """Returns the values at the times `t`, both of shape (T,)."""
-        times, values = np.asarray(self.times), np.asarray(self.values)
-        if self.interpolation == "linear":
-            return np.asarray(np.interp(t, times, values), dtype=np.float64)
-        starts = times - 1e-12 * np.abs(
-            times
-        )  # as in `Segments`: an instant a rounding early counts as on time
-        index = np.searchsorted(starts, t, side="right") - 1
-        return np.asarray(values[np.clip(index, 0, None)], dtype=np.float64)
-
-
-@dataclass(frozen=True)
-class Reference:
-    """The root's commanded accelerations over time.
-
-    Attributes:
-        u_x: forward acceleration [length/time^2].
-        u_theta: angular acceleration [rad/time^2].
-    """
-
-    u_x: Signal
-    u_theta: Signal
-
-    def sample(self, t: np.ndarray) -> np.ndarray:
-        """Returns (u_x, u_theta) at the times `t` of shape (T,), shape (T, 2).
-
-        Raises:
-            ReferenceInputError: no finite value at some time.
-        """
-        times = np.asarray(t, dtype=np.float64)
-        return np.stack([self.u_x(times), self.u_theta(times)], axis=-1)
-
-    @classmethod
-    def from_expressions(cls, u_x: float | str, u_theta: float | str) -> Reference:
-        """Returns the reference of two numbers or formulas in t."""
-        return cls(make_signal(u_x), make_signal(u_theta))
-
-    @classmethod
-    def from_table(
-        cls,
-        t: Sequence[float],
-        u_x: Sequence[float],
-        u_theta: Sequence[float],
-        interpolation: Interpolation = "previous",
-    ) -> Reference:
-        """Returns the reference of sampled accelerations, all three of length n."""
-        times = tuple(t)
-        return cls(Table(times, tuple(u_x), interpolation), Table(times, tuple(u_theta), interpolation))
-
-
-def make_segments(segments: Sequence[tuple[float | None, float | str]]) -> Segments:
-    """Returns the signal of (end, number or formula) pairs; the last end may be None, for ever."""
-    if any(end is None for end, _ in segments[:-1]):
-        raise ReferenceInputError("only the last segment may go without an end")
-    ends = tuple(math.inf if end is None else float(end) for end, _ in segments)
-    return Segments(ends, tuple(make_signal(value) for _, value in segments))
