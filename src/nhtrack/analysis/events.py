@@ -165,7 +165,7 @@ def _off_the_floor(recording: Recording) -> Condition:
 
 
 def _stuck(recording: Recording) -> Condition:
-    wheel_radius, half_separation, no_load_speed = (float(recording.dataset.attrs[name]) for name in _DRIVE)
+    wheel_radius, half_separation, _, no_load_speed = recording.robot
     # Means over the period: velocities of a jammed robot chatter from one physics step to the next.
     x, y, theta = np.moveaxis(np.diff(recording["pose"].values, axis=0, prepend=np.nan), -1, 0)
     moved = np.hypot(x, y) + half_separation * np.abs(theta)

@@ -101,7 +101,7 @@ def inputs(recording: Recording) -> Figure:
     u, places = recording["input"].values, range(len(recording.robots))
     torque = recording["wheel_torque"].values if "wheel_torque" in recording.dataset else None
     panels = [("forward acceleration", "input [m/s²]"), ("turning acceleration", "input [rad/s²]")]
-    limit = float(recording.dataset.attrs.get("torque_limit", np.nan))
+    limit = recording.robot.torque_limit
     factor, prefix = si_prefix(np.array([limit]) if torque is None else torque)
     if torque is not None:
         panels += [(f"{side} wheel motor", f"torque [{prefix}N m]") for side in ("left", "right")]

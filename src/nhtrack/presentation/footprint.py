@@ -48,10 +48,9 @@ class Footprint(NamedTuple):
 
 def footprint_of(recording: Recording) -> Footprint | None:
     """Returns the footprint of a recording's robots, or None where it does not tell."""
-    attributes = recording.dataset.attrs
-    if not set(Footprint._fields) <= set(attributes):
-        return None
-    return Footprint(float(attributes["half_separation"]), float(attributes["wheel_radius"]))
+    robot = recording.robot
+    known = np.isfinite(robot.half_separation) and np.isfinite(robot.wheel_radius)
+    return Footprint(robot.half_separation, robot.wheel_radius) if known else None
 
 
 def points_per_metre(axes: Axes) -> float:

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterable
 
-from nhtrack.ground import Ground, Patch
+from nhtrack.ground import Ground
 from nhtrack.recording import Recording
 
 __all__ = ["CROWD", "Span", "covered", "ground_of"]
@@ -28,7 +27,4 @@ def covered(spans: Iterable[Span]) -> list[Span]:
 
 def ground_of(recording: Recording) -> Ground:
     """Returns what the robots of a recording stood on."""
-    scene = json.loads(recording.dataset.attrs.get("scene", "{}"))  # by itself: a figure needs no MuJoCo
-    patches = tuple(Patch(**patch) for patch in scene.get("patches", ()))
-    plane = {name: scene[name] for name in ("friction", "slope", "uphill") if name in scene}
-    return Ground(patches=patches, **plane)
+    return recording.scene.ground if recording.has_scene else Ground()

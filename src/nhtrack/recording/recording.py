@@ -7,15 +7,17 @@ the scenario's own units, the resolved scenario, seed, versions and the hash of 
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from nhtrack.errors import RecordingError
 from nhtrack.files.atomic import atomic_path
 from nhtrack.recording.variables import COMPONENTS, VARIABLES
+from nhtrack.simulation.spec import SceneSpec
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -23,6 +25,22 @@ if TYPE_CHECKING:
 FORMAT_VERSION = 1
 
 _LARGE = 10**9  # bytes of a recording that is not saved by way of memory
+
+class RobotFigures(NamedTuple):
+    """Dimensions and motor limits of robots of one kind.
+
+    Attributes:
+        wheel_radius: [m].
+        half_separation: half of the distance between the wheels [m].
+        torque_limit: of each motor [N m].
+        no_load_speed: of each wheel [rad/s].
+    """
+
+    wheel_radius: float
+    half_separation: float
+    torque_limit: float
+    no_load_speed: float
+
 
 class Recording:
     """A finished (or interrupted) run.
@@ -112,6 +130,27 @@ class Recording:
         """The resolved scenario as a tree."""
         tree = json.loads(self.dataset.attrs["scenario"])
         return dict(tree)
+
+    @property
+    def has_scene(self) -> bool:
+        """Whether the recording says which scene it was made in."""
+        return "scene" in self.dataset.attrs
+
+    @property
+    def scene(self) -> SceneSpec:
+        """The scene it was made in, or would have been made in on wheels.
+
+        Raises:
+            RecordingError: the recording does not say.
+        """
+        if not self.has_scene:
+            raise RecordingError("this recording does not say which scene it was made in: it cannot be filmed")
+        return SceneSpec.from_json(self.dataset.attrs["scene"])
+
+    @property
+    def robot(self) -> RobotFigures:
+        """What is known of the robots' dimensions and motors; NaN where the recording does not say."""
+        return RobotFigures(*(float(self.dataset.attrs.get(name, math.nan)) for name in RobotFigures._fields))
 
     @property
     def versions(self) -> dict[str, str]:

@@ -80,8 +80,9 @@ def _readouts(recording: Recording, rows: np.ndarray) -> dict[str, Any]:
 
 def _floor(recording: Recording) -> dict[str, Any]:
     """Returns the size of the robots and what they drive on."""
-    ground, attributes = ground_of(recording), recording.dataset.attrs
-    sizes = {name: float(attributes[name]) for name in ("half_separation", "wheel_radius") if name in attributes}
+    ground, robot = ground_of(recording), recording.robot
+    known = {"half_separation": robot.half_separation, "wheel_radius": robot.wheel_radius}
+    sizes = {name: value for name, value in known.items() if np.isfinite(value)}
     patches = [
         {
             "friction": patch.friction,

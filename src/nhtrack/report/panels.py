@@ -13,7 +13,6 @@ from nhtrack.colours import BAND_COLOUR, robot_colour
 from nhtrack.presentation.shown import CROWD
 from nhtrack.recording import Recording
 from nhtrack.report.downsample import extreme_rows, numbers
-from nhtrack.simulation.scene import SceneSpec
 
 POINTS = 120_000  # of all curves together: four megabytes, drawn within two seconds
 MOST_POINTS = 4000  # of one curve
@@ -72,8 +71,8 @@ def _panels(recording: Recording) -> Iterator[Panel]:
 
 
 def _torques(recording: Recording) -> Iterator[Panel]:
-    limit = recording.dataset.attrs.get("torque_limit")
-    limits = () if limit is None else (("motor limit", 1e3 * float(limit)), ("", -1e3 * float(limit)))
+    limit = recording.robot.torque_limit
+    limits = (("motor limit", 1e3 * limit), ("", -1e3 * limit)) if np.isfinite(limit) else ()
     for wheel, side in enumerate(("left", "right")):
         torque = 1e3 * recording["wheel_torque"].values[..., wheel]
         yield Panel(f"torque_{side}", "Commands", f"torque of the {side} wheel", "mN m", torque, limits=limits)
@@ -108,8 +107,7 @@ def _of_largest_magnitude(values: np.ndarray) -> np.ndarray:
 
 def colours_of(recording: Recording) -> list[str]:
     """Returns the colours of the robots as the scene has them, or those of their places."""
-    scene = recording.dataset.attrs.get("scene")
-    spec = None if scene is None else SceneSpec.from_json(scene)
+    spec = recording.scene if recording.has_scene else None
     return [robot_colour(place) if spec is None else spec.colour(place) for place in range(len(recording.robots))]
 
 

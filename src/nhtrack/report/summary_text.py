@@ -34,12 +34,12 @@ class About:
 
 def about(recording: Recording) -> About:
     """Returns what sentences need beside the summary of a recording."""
-    half = recording.dataset.attrs.get("half_separation")
+    half = recording.robot.half_separation
     error = position_error(recording)
     largest = {name: float(np.max(error[:, place])) for place, name in enumerate(recording.robots) if place}
     return About(
         has_virtual_root(recording),
-        None if half is None else 2 * float(half),
+        2 * half if np.isfinite(half) else None,
         {name: value for name, value in largest.items() if np.isfinite(value)},
     )
 

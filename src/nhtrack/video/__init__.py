@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from nhtrack import gl
-from nhtrack.errors import RecordingError, RenderError
+from nhtrack.errors import RenderError
 from nhtrack.files.atomic import atomic_path
 from nhtrack.recording import Recording
 from nhtrack.video.camera import CAMERAS
@@ -98,7 +98,6 @@ def _frames(recording: Recording, look: Look, processes: int, progress: Progress
 
 
 def _check(recording: Recording, processes: int) -> None:
-    if "scene" not in recording.dataset.attrs:
-        raise RecordingError("this recording does not say which scene it was made in: it cannot be filmed")
+    recording.scene  # noqa: B018 - raises where there is none
     if processes < 1:
         raise RenderError(f"processes {processes}: expected at least 1")

@@ -15,7 +15,6 @@ from nhtrack.colours import BAND_COLOUR
 from nhtrack.plots.style import styled
 from nhtrack.presentation.shown import CROWD
 from nhtrack.recording import Recording
-from nhtrack.simulation.scene import SceneSpec
 from nhtrack.video.timeline import Timeline
 
 __all__ = ["Beside", "Chart", "split"]
@@ -102,7 +101,7 @@ def _curves(recording: Recording) -> dict[str, np.ndarray]:
 
 
 def _draw_panel(axes: Axes, recording: Recording, values: np.ndarray, opacity: float) -> None:
-    colour = SceneSpec.from_json(recording.dataset.attrs["scene"]).colour
+    colour = recording.scene.colour
     known = np.where(np.isfinite(values) & (values > 0), values, np.nan)
     drawn = np.flatnonzero(np.isfinite(known).any(axis=0))
     axes.set_xlim(recording.time[0], recording.time[-1] if recording.time.size > 1 else recording.time[0] + 1)

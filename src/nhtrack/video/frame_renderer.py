@@ -7,7 +7,7 @@ from types import TracebackType
 import numpy as np
 
 from nhtrack.recording import Recording
-from nhtrack.simulation.scene import SceneSpec, make_scene
+from nhtrack.simulation.scene import make_scene
 from nhtrack.video.bodies import robot_scale
 from nhtrack.video.camera import plan_camera
 from nhtrack.video.chart import Beside, Chart, split
@@ -32,7 +32,7 @@ class Painter:
     """
 
     def __init__(self, recording: Recording, look: Look, backend: str | None = None) -> None:
-        scene = make_scene(SceneSpec.from_json(recording.dataset.attrs["scene"]), share_materials=True)
+        scene = make_scene(recording.scene, share_materials=True)
         quality = QUALITIES[look.quality]
         timeline = make_timeline(recording, scene, look.fps, look.speed, quality.trail)
         self._length = len(timeline)

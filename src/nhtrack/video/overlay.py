@@ -8,7 +8,6 @@ import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
 from nhtrack.recording import Recording
-from nhtrack.simulation.scene import SceneSpec
 from nhtrack.video.legend import draw_legend
 from nhtrack.video.map import Map
 from nhtrack.video.timeline import Timeline
@@ -37,7 +36,7 @@ class Overlay:
 
     def __init__(self, recording: Recording, timeline: Timeline, size: tuple[int, int]) -> None:
         self._recording, self._timeline, self._size = recording, timeline, size
-        self._colour = SceneSpec.from_json(recording.dataset.attrs["scene"]).colour
+        self._colour = recording.scene.colour
         self._groups = _groups(recording)
         unit = size[1] / 480
         self._pad = round(8 * unit)

@@ -151,9 +151,9 @@ def _slots(recording: Recording) -> np.ndarray:
 def _skids(recording: Recording) -> tuple[Skid, ...]:
     """Returns the stretches of floor that sliding wheels went over, a limited number of them."""
     known = {"longitudinal_slip", "lateral_slip", "friction_utilisation"} <= set(recording.dataset.data_vars)
-    if not known or "half_separation" not in recording.dataset.attrs:
+    b, pose = recording.robot.half_separation, recording["pose"].values
+    if not known or not np.isfinite(b):
         return ()
-    b, pose = float(recording.dataset.attrs["half_separation"]), recording["pose"].values
     across = np.array([[0.0, b], [0.0, -b]])
     wheels = np.asarray(se2.act(pose[:, :, None], np.broadcast_to(across, (*pose.shape[:2], 2, 2))))
     sliding = slip_speed(recording) > 0

@@ -76,8 +76,7 @@ def _scene(root: Recording, names: Mapping[str, list[str]]) -> SceneSpec:
     """Returns the scene of all followers; they do not touch, since each run was alone on its floor."""
     robots = (_ROOT, *(name for followers in names.values() for name in followers))
     colours = (0, *(place for place, followers in enumerate(names.values(), start=1) for _ in followers))
-    spec = SceneSpec.from_json(root.dataset.attrs["scene"])
-    return replace(spec, robots=robots, robot_contact=False, colours=colours)
+    return replace(root.scene, robots=robots, robot_contact=False, colours=colours)
 
 
 def _parents(root: Recording, labels: Iterable[str]) -> dict[str, list[str]]:
@@ -93,9 +92,9 @@ def _qpos(runs: Mapping[str, Recording], root: Recording, rows: Mapping[str, np.
     """Returns MuJoCo's coordinates of all robots: each is a copy of one model, its coordinates one block."""
     if any("qpos" not in run.dataset for run in runs.values()):
         return None
-    spec = SceneSpec.from_json(root.dataset.attrs["scene"])
-    blocks = {label: run["qpos"].values.reshape(len(run.time), len(spec.bodies), -1) for label, run in runs.items()}
-    first = len(spec.bodies) - len(root.followers)  # 0 for a virtual root, which has no coordinates
-    of_root = root["qpos"].values.reshape(len(root.time), len(spec.bodies), -1)[:, :first]
+    bodies = len(root.scene.bodies)
+    blocks = {label: run["qpos"].values.reshape(len(run.time), bodies, -1) for label, run in runs.items()}
+    first = bodies - len(root.followers)  # 0 for a virtual root, which has no coordinates
+    of_root = root["qpos"].values.reshape(len(root.time), bodies, -1)[:, :first]
     parts = [_taken(block[:, first:], rows[label]) for label, block in blocks.items()]
     return np.concatenate([of_root, *parts], axis=1).reshape(len(root.time), -1)
