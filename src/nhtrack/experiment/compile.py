@@ -5,14 +5,12 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable
-from concurrent.futures import ProcessPoolExecutor
-from multiprocessing import get_context
 
 import numpy as np
 
 from nhtrack.compiled import cache_folder, is_complete, mark_complete
+from nhtrack.execution import Processes
 from nhtrack.experiment.loop import rollout, run
 from nhtrack.experiment.run_statistics import ArrivalCriteria, RunStatistics
 from nhtrack.laws import Law, LawKind, laws
@@ -97,8 +95,8 @@ def _main() -> None:
     if is_complete() and where is not None:
         return
     print("compiling laws and the control period, once" + ("" if where else " (no folder to keep it in)"), flush=True)
-    with ProcessPoolExecutor(min(len(_PARTS), os.cpu_count() or 1), get_context("spawn")) as pool:
-        list(pool.map(_do, range(len(_PARTS))))
+    for _ in Processes()(range(len(_PARTS)), _do):
+        pass
     mark_complete()
 
 

@@ -1,21 +1,17 @@
-"""Frames in their order, drawn here or by a crew of processes.
+"""Frames in their order, drawn here or in processes side by side.
 
 A frame depends on nothing but the recording and its number, so whoever draws it draws the same pixels.
 """
 
 from __future__ import annotations
 
-import signal
-from collections import deque
 from collections.abc import Generator
-from concurrent.futures import Future, ProcessPoolExecutor
-from concurrent.futures.process import BrokenProcessPool
-from multiprocessing import get_context
+from contextlib import closing
 
 import numpy as np
 
 from nhtrack import gl
-from nhtrack.errors import RenderError
+from nhtrack.execution import Processes
 from nhtrack.recording import Recording
 from nhtrack.video.frame_renderer import Painter
 from nhtrack.video.render_options import Look
@@ -33,11 +29,12 @@ def painted(recording: Recording, look: Look, processes: int) -> tuple[int, Pict
     """Returns how many frames a film has, and a generator of their pictures, bytes of shape (height, width, 3).
 
     Raises:
-        RenderError: nothing draws, or a process ended; raised by the generator.
+        RenderError: nothing draws; raised by the generator.
+        WorkerError: a process ended; raised by the generator.
     """
     total = len(frame_times(recording.time, look.fps, look.speed)[0])
-    crew = min(processes, max(1, total // (_WORTH + len(recording.robots))))
-    return total, (_alone(recording, look) if crew == 1 else _together(recording, look, crew, total))
+    workers = min(processes, max(1, total // (_WORTH + len(recording.robots))))
+    return total, (_alone(recording, look) if workers == 1 else _together(recording, look, workers, total))
 
 
 def _alone(recording: Recording, look: Look) -> Pictures:
@@ -48,22 +45,15 @@ def _alone(recording: Recording, look: Look) -> Pictures:
 
 def _together(recording: Recording, look: Look, processes: int, total: int) -> Pictures:
     start = (Recording(recording.dataset.load()), look, gl.choose_backend())
-    with ProcessPoolExecutor(processes, get_context("spawn"), initializer=_begin, initargs=start) as pool:
-        waiting: deque[Future[np.ndarray]] = deque()
-        try:
-            for frame in range(total):
-                waiting.append(pool.submit(_paint, frame))
-                if len(waiting) > _AHEAD * processes:
-                    yield waiting.popleft().result()
-            while waiting:
-                yield waiting.popleft().result()
-        except BrokenProcessPool as error:
-            raise RenderError(
-                "a process that draws ended; a script needs `if __name__ == '__main__':` around what it does, and "
-                "processes=1 draws without others"
-            ) from error
-        finally:
-            pool.shutdown(cancel_futures=True)
+    executor = Processes(processes, _AHEAD * processes, _begin, start)
+    early: dict[int, np.ndarray] = {}  # drawn before their turn
+    following = 0
+    with closing(executor(range(total), _paint)) as drawn:
+        for frame, picture in drawn:
+            early[frame] = picture
+            while following in early:
+                yield early.pop(following)
+                following += 1
 
 
 _painter: Painter | Exception | None = None  # of this worker process, or why it has none
@@ -71,7 +61,6 @@ _painter: Painter | Exception | None = None  # of this worker process, or why it
 
 def _begin(recording: Recording, look: Look, backend: str) -> None:
     global _painter
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the process that shows the film ends its crew
     try:
         _painter = Painter(recording, look, backend)
     except Exception as error:  # told with the first frame: what an initializer raises is lost

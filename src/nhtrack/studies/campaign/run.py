@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Callable, Iterator, Mapping
-from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass
 from itertools import product
-from multiprocessing import get_context
 from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
 
@@ -20,6 +17,7 @@ from nhtrack.config.documentation import json_schema
 from nhtrack.config.edit import scenario_text
 from nhtrack.config.schema import Similarity
 from nhtrack.errors import NhtrackError
+from nhtrack.execution import Processes, cores
 from nhtrack.experiment.build import Experiment
 from nhtrack.experiment.compile import compile_once
 from nhtrack.experiment.loop import Progress
@@ -103,7 +101,7 @@ def run_campaign(
     campaign = _claim(campaign, folder, report)
     if tuned_by is not None:
         _take_gains(campaign, tuned_by, folder)
-    workers = processes or os.cpu_count() or 1
+    workers = processes or cores()
     gains = _tuned(campaign, folder, report("tuning"), workers)
     cells = {key: Cell(campaign, *key, gains.get(key, {})) for key in product(campaign.laws, campaign.family_names)}
     parts = [part for cell in cells.values() for part in _parts(cell, folder)]
@@ -271,17 +269,8 @@ def _search(search: _Search) -> None:
 
 def _all(tasks: list[Task], work: Callable[[Task], Result], progress: Progress, workers: int) -> None:
     """Does tasks side by side in processes; what is done when one fails is on disk and stays."""
-    if not tasks:
-        return
-    with ProcessPoolExecutor(min(workers, len(tasks)), mp_context=get_context("spawn")) as pool:
-        futures = [pool.submit(work, task) for task in tasks]
-        try:
-            for done, future in enumerate(as_completed(futures), start=1):
-                future.result()
-                progress(done, len(tasks))
-        except BaseException:
-            pool.shutdown(cancel_futures=True)
-            raise
+    for done, _ in enumerate(Processes(workers)(tasks, work), start=1):
+        progress(done, len(tasks))
 
 
 def _worst(cells: Mapping[Key, Cell], runs: pd.DataFrame, folder: Path) -> dict[str, Path]:
