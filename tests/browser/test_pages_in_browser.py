@@ -146,6 +146,7 @@ def test_cells_and_lists_choose_law_and_reference_of_all_plots_and_the_pointer_t
     starts = data["starts"][0][1]
     page.select_option("#family", label="sinus")
     page.select_option("#law", label="kanayama")
+    assert page.evaluate(drawn) == [8, 0, 0]
     place = next(k for k, x in enumerate(starts["x"]) if 1 < abs(x))
     spot = page.evaluate(
         """([x, y]) => {

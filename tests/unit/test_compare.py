@@ -311,8 +311,7 @@ def test_a_law_that_fits_no_time_has_no_say_in_it(tmp_path: Path, monkeypatch: p
     assert {run.time_scale for run in found.recordings.values()} == {2.5}
     assert found.notes == (
         "similarity.time is 2.5, the smallest that fits the other laws: kanayama asks for it",
-        "samson: fits no time scale and had no say in it: "
-        "the ideal run diverges at every time scale tried, up to 100",
+        "samson: fits no time scale and had no say in it: the ideal run diverges at every time scale tried, up to 100",
     )
     with pytest.raises(FeasibilityError, match="samson: the ideal run diverges"):
         compare(scenario, (SAMSON,), tmp_path / "none", **PLAIN)

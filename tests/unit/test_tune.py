@@ -79,9 +79,7 @@ def test_an_objective_that_makes_no_sense_is_refused(text: str, message: str) ->
 def test_cost_by_hand() -> None:
     good = Figures(0.02, 0.3, 0.4, 0.5, 0.9)
     assert float(Objective(late=1).cost(good)) == pytest.approx(2 + 3, rel=tol.HAND)
-    assert float(Objective(late=2, settling=0.5, utilisation=1).cost(good)) == pytest.approx(
-        10 + 2 + 5, rel=tol.HAND
-    )
+    assert float(Objective(late=2, settling=0.5, utilisation=1).cost(good)) == pytest.approx(10 + 2 + 5, rel=tol.HAND)
     assert float(Objective(late=1).cost(good._replace(pace=1.2))) == pytest.approx(5 + 20, rel=tol.HAND)
 
 
