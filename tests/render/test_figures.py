@@ -24,7 +24,8 @@ def printed(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
 
 
 def test_files_are_whole_and_nothing_else_is_left(printed):
-    assert [path.name for path in printed] == [f"{name}.{suffix}" for name in plots.FIGURES for suffix in ("png", "pdf")]
+    names = [f"{name}.{suffix}" for name in plots.FIGURES for suffix in ("png", "pdf")]
+    assert [path.name for path in printed] == names
     assert sorted(printed[0].parent.iterdir()) == sorted(printed)
     for png, pdf in zip(printed[::2], printed[1::2], strict=True):
         image, content = iio.imread(png), pdf.read_bytes()

@@ -159,7 +159,7 @@ def test_every_robot_wears_its_own_colour(seen: Seen) -> None:
 
 def test_the_heading_can_be_told_from_afar(seen: Seen) -> None:
     """A robot of some ten pixels wears a mark, whiter than all else along its middle, ahead of its centre."""
-    coarse = seen.pictures["overhead"].reshape(20, 20, 20, 20, 3).mean(axis=(1, 3))  # 0.2 of the scale, the hull's centre
+    coarse = seen.pictures["overhead"].reshape(20, 20, 20, 20, 3).mean(axis=(1, 3))  # 0.2 of the scale
     places = (np.arange(20) - 9.5) * 0.01 * seen.scale
     middle = np.abs(places) < seen.half_separation / 2
     inside = np.abs(places) < np.ptp(seen.hull[:, 0]) / 2 - 0.01 * seen.scale  # by a pixel: no floor
