@@ -111,11 +111,14 @@ def test_some_examples_without_mujoco_and_pdf(fifth: Path) -> None:
     assert "robot0 -> robot1, robot0 -> robot2, robot1 -> robot3, robot2 -> robot3" in page
 
 
-@pytest.mark.slow
-def test_figures_for_print_without_a_report(recorded: Path, tmp_path: Path) -> None:
+def test_figures_are_for_print_if_asked_and_a_report_can_be_left_out(
+    recorded: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked = []
+    monkeypatch.setattr("nhtrack.plots.files.save_figure", lambda figure, stem, *, pdf: asked.append(pdf) or [stem])
     assert invoke("--from", recorded, "--out", "page", *FIFTH, "--pdf", "--no-report").exit_code == 0
-    assert not (tmp_path / "page" / "report.html").exists()
-    assert (tmp_path / "page" / "paper" / "example5_trajectories.pdf").read_bytes().startswith(b"%PDF")
+    assert asked == [True]
+    assert [path.name for path in (tmp_path / "page").iterdir()] == ["paper.md"]
 
 
 @pytest.mark.slow

@@ -294,7 +294,7 @@ def every_figure(starts: pd.DataFrame, cells: pd.DataFrame) -> list[Figure]:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("laws", "families", "share"), [(1, 1, 0.0), (1, 1, 0.5), (7, 1, 0.5), (7, 10, None)])
+@pytest.mark.parametrize(("laws", "families", "share"), [(1, 1, 0.0), (1, 1, 0.5), (7, 1, 0.5), (2, 10, None)])
 def test_titles_and_legends_stay_on_the_canvas(laws, families, share):
     starts = campaign_starts(LAWS[:laws], FAMILIES[:families], 20, share, lost=0.3)
     for figure in every_figure(starts, campaign_cells(starts)):
