@@ -111,6 +111,7 @@ def test_some_examples_without_mujoco_and_pdf(fifth: Path) -> None:
     assert "robot0 -> robot1, robot0 -> robot2, robot1 -> robot3, robot2 -> robot3" in page
 
 
+@pytest.mark.slow
 def test_figures_are_for_print_if_asked_and_a_report_can_be_left_out(
     recorded: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -158,7 +159,7 @@ def test_an_unknown_example_is_told_the_known_ones() -> None:
     assert "no Example 7" in " ".join(invoke("--examples", "7").stderr.split())
 
 
-def test_a_missing_or_partial_recording_is_named(recorded: Path, tmp_path: Path) -> None:
+def test_a_missing_or_partial_recording_is_named(tmp_path: Path) -> None:
     result = invoke("--from", tmp_path, "--out", "page", "--examples", "4")
     assert result.exit_code == 1
     assert "example4-ideal.nc: no such recording" in result.stderr
