@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
+from functools import cached_property
 from typing import Any, Literal
 
 from nhtrack.diffdrive import DiffDrive
@@ -45,7 +46,7 @@ class Bench:
             self.tamper(simulation)
         return simulation
 
-    @property
+    @cached_property
     def drive(self) -> DiffDrive:
         """The robot's reduced model."""
         return self.scene().drive
