@@ -100,7 +100,7 @@ def way_to_the_leader(count: int, periods: int) -> Iterable[tuple[np.ndarray, np
     """From 5 m apart to where followers dock, period by period; leaders at rest, moving, and with lateral motion."""
     rng = np.random.default_rng(1)
     place = rng.uniform(-1, 1, (count, 15)) * [5, 5, 6, 2, 0, 2, 5, 5, 6, 2, 1, 2, 2, 1, 2]
-    place[::3, 9:] = 0.0
+    place[::3, 9:12], place[::6, 12:] = 0.0, 0.0  # half of those at rest are about to set off
     place[1::3, [10, 13]] = 0.0
     for _ in range(periods):
         place = place + rng.normal(size=place.shape) * [0, 0, 0.5, 0.1, 0, 0.1, 0, 0, 0.5, 0, 0, 0, 0, 0, 0]
@@ -138,7 +138,7 @@ def leaders(seed: int) -> np.ndarray:
     rng = np.random.default_rng(seed)
     rows = rng.uniform(-3, 3, (len(ANY_ANGLES), 9))
     rows[:, 2] = rng.permutation(ANY_ANGLES)
-    rows[::4, 3:] = 0.0
+    rows[::4, 3:6], rows[::8, 6:] = 0.0, 0.0
     rows[1::4, [4, 7]] = 0.0
     return rows
 
