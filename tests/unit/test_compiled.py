@@ -3,11 +3,8 @@
 from __future__ import annotations
 
 import os
-import pickle
 import subprocess
 import sys
-from concurrent.futures import ProcessPoolExecutor
-from multiprocessing import get_context
 from pathlib import Path
 
 import numpy as np
@@ -22,10 +19,11 @@ from nhtrack.scenario.load import load
 from nhtrack.simulation.ideal import IdealSimulation
 from nhtrack.simulation.mujoco import MujocoSimulation, stepped_scene
 from nhtrack.simulation.state import State
-from watching import ECHO, LAWS
+from watching import ECHO
 
 DT = 0.01
 CHAIN = Network.from_parents({"leader": (), "a": ("leader",), "b": ("a",)})
+
 
 @pytest.fixture(scope="module")
 def as_python(tmp_path_factory: pytest.TempPathFactory) -> LawKind:
@@ -91,12 +89,11 @@ def test_threads_change_no_bit_on_wheels(threads: int) -> None:
 
 SCRIPT = """
 import numpy as np
-from nhtrack import planar
 from nhtrack.compiled import cache_folder
 from nhtrack.laws import law_in
 from nhtrack.laws.evaluate import commands
 law = law_in({file!r})()
-print(planar.wrap(4.0), commands(law, np.zeros((1, 6)), np.ones((1, 9)), np.zeros((1, 0)))[0].tolist(), cache_folder())
+print(commands(law, np.zeros((1, 6)), np.ones((1, 9)), np.zeros((1, 0)))[0].tolist(), cache_folder("laws"))
 """
 SMALL = """
 from typing import NamedTuple
@@ -123,20 +120,13 @@ def ended(process: subprocess.Popen[str]) -> str:
     return said.strip()
 
 
-RESULT = f"{4.0 - 2 * np.pi} [[2.0, 1.0]]"
+RESULT = "[[2.0, 1.0]]"
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("kind", ["a file", "read-only"])
-def test_without_a_folder_for_compiled_code_everything_runs(tmp_path: Path, kind: str) -> None:
-    cache = tmp_path / "cache"
-    if kind == "a file":
-        cache.write_text("in the way")
-    elif os.geteuid() == 0:
-        pytest.skip("root writes everywhere")
-    else:
-        cache.mkdir(mode=0o500)
-    assert ended(begun(tmp_path, cache)) == f"{RESULT} None"
+def test_without_a_folder_for_compiled_code_everything_runs(tmp_path: Path) -> None:
+    (tmp_path / "cache").write_text("in the way")
+    assert ended(begun(tmp_path, tmp_path / "cache")) == f"{RESULT} None"
 
 
 @pytest.mark.slow
@@ -148,14 +138,3 @@ def test_two_processes_fill_one_cold_cache(tmp_path: Path) -> None:
     assert said == [third, third]
     assert third.startswith(f"{RESULT} {cache}")
     assert not list(cache.rglob(".*")), "nothing half written is left"
-
-
-@pytest.mark.slow
-def test_scenarios_cross_to_spawned_workers_with_their_laws() -> None:
-    scenarios = [load(name) for name in ("tour/hello", "tour/universal")]
-    scenarios.append(load("tour/hello", [f"law={{file: {LAWS / 'echo.py'}, more: 2}}"]))
-    with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as pool:
-        back = [pickle.loads(sent) for sent in pool.map(pickle.dumps, scenarios)]
-    assert back == scenarios
-    assert [each.law.kind.hash for each in back] == [each.law.kind.hash for each in scenarios]
-    assert build(back[-1]).law.gains.more == 2
