@@ -39,6 +39,7 @@ def ran(kind: LawKind, **gains: float) -> Rollout:
     return rollout(IdealSimulation(CHAIN.names, None, DT), kind(**gains), CHAIN, inputs, begin)
 
 
+@pytest.mark.slow
 def test_a_law_as_python_does_what_it_does_compiled_and_says_so_once(as_python: LawKind) -> None:
     with pytest.warns(InterpretedLawWarning, match="law 'echo' runs as Python") as told:
         first = ran(as_python)
@@ -49,6 +50,7 @@ def test_a_law_as_python_does_what_it_does_compiled_and_says_so_once(as_python: 
             np.testing.assert_array_equal(done.variables[name], values, err_msg=name)
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore::nhtrack.laws.address.InterpretedLawWarning")
 @pytest.mark.parametrize("how", ["compiled", "as Python"])
 @pytest.mark.parametrize("calls", [0, 7, 8, 50])
@@ -66,13 +68,12 @@ def test_a_law_that_raises_leaves_the_rows_before(as_python: LawKind, how: str, 
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("threads", [2, 3])
-def test_threads_change_no_bit_on_wheels(threads: int) -> None:
+def test_threads_change_no_bit_on_wheels() -> None:
     experiment = build(load("tour/hello", ["duration=1"]))
     rng, found = np.random.default_rng(0), []
     g = experiment.start.g + 0.1 * rng.uniform(-1, 1, (5, *experiment.start.g.shape)) * [1, 1, 3]
     begin = State(0.0, g, np.broadcast_to(experiment.start.xi, g.shape))
-    for count in (1, threads):
+    for count in (1, 3):
         scene, recorder = stepped_scene(experiment.scene), FullRecorder()
         simulation = MujocoSimulation(scene, experiment.dt, (5,), count, spec=experiment.scene)
         failure = run(
