@@ -89,12 +89,14 @@ def test_threads_change_no_bit_on_wheels() -> None:
 # -- processes and their cache ----------------------------------------------------------------------
 
 SCRIPT = """
+import ctypes
 import numpy as np
 from nhtrack.compiled import cache_folder
 from nhtrack.laws import law_in
-from nhtrack.laws.evaluate import commands
-law = law_in({file!r})()
-print(commands(law, np.zeros((1, 6)), np.ones((1, 9)), np.zeros((1, 0)))[0].tolist(), cache_folder("laws"))
+pointers = [np.full(size, 2.0) for size in (1, 5, 6, 9, 1, 3)]
+command = ctypes.CFUNCTYPE(None, *6 * [ctypes.c_void_p])(law_in({file!r}).entry.command)
+command(*(each.ctypes.data for each in pointers))
+print(pointers[-1].tolist(), cache_folder("laws"))
 """
 SMALL = """
 from typing import NamedTuple
@@ -106,7 +108,7 @@ def command(gains, period, limits, follower, leader, memory):
 
 
 def begun(tmp_path: Path, cache: Path) -> subprocess.Popen[str]:
-    """A process that compiles a few small functions."""
+    """A process that compiles a small law and calls it."""
     file = tmp_path / "small.py"
     if not file.exists():
         file.write_text(SMALL)
@@ -121,7 +123,7 @@ def ended(process: subprocess.Popen[str]) -> str:
     return said.strip()
 
 
-RESULT = "[[2.0, 1.0]]"
+RESULT = "[4.0, 2.0, 2.0]"
 
 
 @pytest.mark.slow

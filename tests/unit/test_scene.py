@@ -421,7 +421,11 @@ class TestFleet:
 
     @pytest.mark.parametrize(
         "change",
-        [{}, {"base": "planar", "robot_contact": True}, {"robot": "pioneer", "payload": Payload(0.1, (0.0, 0.0, 0.3))}],
+        [
+            {},
+            {"base": "planar", "robot_contact": True},
+            pytest.param({"robot": "pioneer", "payload": Payload(0.1, (0.0, 0.0, 0.3))}, marks=pytest.mark.slow),
+        ],
         ids=str,
     )
     def test_many_read_in_groups_are_those_of_one_text(self, change: dict) -> None:
@@ -474,10 +478,9 @@ class TestFleet:
         with pytest.raises(ValueError, match="cannot contain '/'"):
             made(replace(TRIO, robots=("a/b",)))
 
-    @pytest.mark.parametrize("virtual_root", [False, True])
-    def test_a_unit_is_one_of_the_robots_alone(self, virtual_root: bool) -> None:
+    def test_a_unit_is_one_of_the_robots_alone(self) -> None:
         spec = replace(
-            TRIO, virtual_root=virtual_root, wheel_mismatch=0.01, slope=0.1, payload=TestPayload.LOAD, colours=(0, 3, 5)
+            TRIO, virtual_root=True, wheel_mismatch=0.01, slope=0.1, payload=TestPayload.LOAD, colours=(0, 3, 5)
         )
         scene, unit = made(spec), made(unit_spec(spec))
         assert unit.spec.bodies == spec.bodies[-1:]
