@@ -18,10 +18,11 @@ from nhtrack.scenario.load import load
 CAMPAIGN = """\
 name: mine
 duration: 6
-laws: {mine: {file: my_law.py, k_x: 2}}
+laws: {mine: {file: my_law.py, k_x: 2}, rival: {name: kanayama}}
 families: [line]
 starts: {count: 4, radius: 1}
 arrival: {last: 1}
+tuning: {laws: [mine], budget: 8, starts: 2}
 """
 QUIET = ["--no-video", "--no-figures", "--no-report"]
 
@@ -98,13 +99,17 @@ def test_feasibility_and_gains_that_tune_writes_back() -> None:
 
 
 @pytest.mark.slow
-def test_compare_and_a_campaign_in_a_worker() -> None:
+def test_compare_and_a_campaign_in_workers() -> None:
     short = ["--backend", "ideal", "--set", "duration=1"]
     assert "my_law" in nhtrack("compare", "tour/hello", "my_law.py", *short, *QUIET, "--out", "both").output
     assert "law" in Recording.load("both/my_law/recording.nc").dataset.attrs
     Path("mine.yaml").write_text(CAMPAIGN, encoding="utf-8")
-    quiet = ["--no-figures", "--no-report"]
-    assert "mine: 4 starts against each reference" in nhtrack("campaign", "mine.yaml", *quiet).output
+    quiet = ["--no-figures", "--no-report", "--processes", "1"]
+    said = nhtrack("campaign", "mine.yaml", *quiet).output
+    for law in ("mine", "rival"):
+        assert f"{law}: 4 starts against each reference" in said
+    account = json.loads(Path("runs/campaign-mine/tuning/mine-line.json").read_text())
+    assert load("runs/campaign-mine/worst/mine.yaml").law.k_x == account["gains"]["k_x"]
     with open("my_law.py", "a", encoding="utf-8") as law:
         law.write("# changed\n")
     assert "another text of a law's file" in nhtrack("campaign", "mine.yaml", *quiet, code=1).output

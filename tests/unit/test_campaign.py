@@ -274,26 +274,34 @@ def test_the_worst_run_is_a_lost_one_then_the_farthest_then_the_slowest() -> Non
 TUNED = "tuning={laws: [k], budget: 8, starts: 2}"
 
 
+class Here:
+    """Does the work of campaigns in this process; keeps the files written, in the order of the work."""
+
+    def __init__(self) -> None:
+        self.files: list[Path] = []
+
+    def __call__(self, tasks: list[campaigns.Part], work: Callable[[campaigns.Part], None], *_: object) -> None:
+        for task in tasks:
+            self.files.append(task.path)
+            work(task)
+
+
 @pytest.fixture(scope="module")
 def done(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Returns the folder of a campaign that was run."""
     folder = tmp_path_factory.mktemp("campaign")
-    run_campaign(case(folder, TUNED), folder / "out", processes=1)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(campaigns, "_all", Here())
+        run_campaign(case(folder, TUNED), folder / "out")
     return folder
 
 
 @pytest.fixture
 def asked(monkeypatch: pytest.MonkeyPatch) -> list[Path]:
-    """Lets campaigns do their work in this process; returns the files they write, as they write them."""
-    files: list[Path] = []
-
-    def work_here(tasks: list[campaigns.Part], work: Callable[[campaigns.Part], None], *_: object) -> None:
-        for task in tasks:
-            files.append(task.path)
-            work(task)
-
-    monkeypatch.setattr(campaigns, "_all", work_here)
-    return files
+    """Returns the files that campaigns write, as they write them."""
+    here = Here()
+    monkeypatch.setattr(campaigns, "_all", here)
+    return here.files
 
 
 @pytest.mark.slow

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import pickle
 import subprocess
 import sys
@@ -202,33 +203,38 @@ def test_memory_holds_tuples_and_helpers_are_compiled_decorated_or_not(tmp_path:
 
 
 def test_what_cannot_be_compiled_says_why_and_where_and_does_the_same(tmp_path: Path) -> None:
-    law = law_in(written(tmp_path, GAINS + HELPERS + QUEUE + command("import json\n" + SHIFT)))()
-    expected = r"law 'mine' runs as Python, each call some 250 times slower than compiled: .*IMPORT_NAME.*mine.py:18\)"
+    queue = QUEUE.replace("    return", "    import json\n    return")
+    law = law_in(written(tmp_path, GAINS + HELPERS + queue + command(SHIFT)))()
+    expected = r"law 'mine' runs as Python, each call some 250 times slower than compiled: .*IMPORT_NAME.*mine.py:16\)"
     with pytest.warns(InterpretedLawWarning, match=expected):
         assert law.kind.entry.interpreted is not None
     assert_queues(law)
 
 
+def test_a_file_is_read_anew_when_it_changes(tmp_path: Path) -> None:
+    """Within one second, and to a text of the same length."""
+    for value in (1.0, 2.0, 1.0):
+        kind = law_in(written(tmp_path, GAINS + command(f"return {value}, 0.0, memory")))
+        assert kind.command(None, None, None, None, None, ()) == (value, 0.0, ())
+    assert [path.name for path in tmp_path.iterdir()] == ["mine.py"]
+
+
 @pytest.mark.slow
-def test_code_is_not_used_where_its_text_has_changed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Within one second: that of the law, to one of the same length, or that of what its imports import."""
+def test_code_is_not_used_where_what_imports_import_has_changed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.syspath_prepend(tmp_path)
     monkeypatch.setattr(sys, "dont_write_bytecode", True)
+    path = written(tmp_path, "from other import helper\n" + GAINS + command("return helper(1.0), 0.0, memory"))
     head = "from nhtrack.laws import compiled\nimport deeper\n@compiled\n"
-
-    def found(factor: float, inner: float) -> float:
-        (tmp_path / "other.py").write_text(head + "def helper(x):\n    return deeper.inner(x)\n")
-        text = head.replace("import deeper\n", "") + f"def inner(x):\n    return {inner} * x\n"
-        (tmp_path / "deeper.py").write_text(text)
+    (tmp_path / "other.py").write_text(head + "def helper(x):\n    return deeper.inner(x)\n")
+    for factor in (3.0, 5.0):
+        inner = head.replace("import deeper\n", "") + f"def inner(x):\n    return {factor} * x\n"
+        (tmp_path / "deeper.py").write_text(inner)
+        registry.law_of_text.cache_clear()  # as another process, that finds the code of this one
         for name in ("other", "deeper"):
             monkeypatch.delitem(sys.modules, name, raising=False)
-        body = f"return helper({factor}), 0.0, memory"
-        return asked(law_in(written(tmp_path, f"from other import helper\n{GAINS}{command(body)}"))())[0][0, 0]
-
-    assert [found(1.0, 3.0), found(2.0, 3.0)] == [3.0, 6.0]
-    registry.law_of_text.cache_clear()  # as another process that finds the code of this one
-    assert found(2.0, 5.0) == 10.0
-    assert {path.name for path in tmp_path.iterdir()} == {"mine.py", "other.py", "deeper.py"}
+        assert asked(law_in(path)())[0][0, 0] == factor
 
 
 def test_a_section_crosses_to_a_worker_with_its_text(tmp_path: Path) -> None:
@@ -287,7 +293,7 @@ def test_a_recording_runs_again_with_the_law_it_holds(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_laws_of_installed_packages(tmp_path: Path) -> None:
-    """A good one is a name as any; a broken one is told only to who names it."""
+    """A good one is a name as any; a broken one is told only to who names it. Here no compiled code can be kept."""
     (tmp_path / "laws_of_mine").mkdir()
     written(tmp_path / "laws_of_mine", GAINS + command(), "good.py")
     written(tmp_path / "laws_of_mine", GAINS, "bad.py")
@@ -299,22 +305,25 @@ def test_laws_of_installed_packages(tmp_path: Path) -> None:
 import sys
 sys.path.insert(0, {str(tmp_path)!r})
 import numpy as np
+from nhtrack.compiled import cache_folder
 from nhtrack.errors import ScenarioError
 from nhtrack.laws.evaluate import commands
 from nhtrack.scenario.load import load_text
 text = {scenario("LAW")!r}
 law = load_text(text.replace("LAW", "{{name: good, k: 3}}")).law
 u, _ = commands(law.kind(k=law.k), np.zeros((1, 6)), np.ones((1, 9)), np.zeros((1, 0)))
-print(law.model_dump(mode="json"), u.tolist(), law.kind.built_in)
+print(law.model_dump(mode="json"), u.tolist(), law.kind.built_in, cache_folder())
 for law in ("{{name: bad}}", "{{name: goood}}"):
     try:
         load_text(text.replace("LAW", law))
     except ScenarioError as error:
         print(error)
 """
-    done = subprocess.run([sys.executable, "-B", "-c", script], capture_output=True, text=True, check=True)
+    environment = os.environ | {"NUMBA_CACHE_DIR": str(info / "METADATA")}  # a file where a folder should be
+    command_line = [sys.executable, "-B", "-W", "error", "-c", script]
+    done = subprocess.run(command_line, capture_output=True, text=True, check=True, env=environment)
     good, bad, unknown = done.stdout.splitlines()
-    assert good == "{'name': 'good', 'k': 3.0} [[3.0, 1.0]] False"
+    assert good == "{'name': 'good', 'k': 3.0} [[3.0, 1.0]] False None"
     assert "bad.py:1: no function `command`" in bad
     assert "did you mean 'good'" in unknown
 
