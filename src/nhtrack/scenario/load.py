@@ -55,7 +55,7 @@ def load_campaign(source: str | FilePath, overrides: Sequence[str] = ()) -> Camp
         ScenarioError: everything wrong with it.
     """
     path = _path_of(source, _CAMPAIGN)
-    return _load_document(parse_yaml(_read(path)), path, path.parent, overrides, _CAMPAIGN)
+    return _load_document(_parsed(path), path, path.parent, overrides, _CAMPAIGN)
 
 
 def is_campaign(tree: Any) -> bool:
@@ -72,9 +72,12 @@ def load_either(source: str | FilePath) -> Scenario | Campaign:
     if str(source) in assets.bundled_campaigns():
         return load_campaign(source)
     path = FilePath(source)
-    if path.is_file() and is_campaign(parse_yaml(_read(path)).tree):
-        return load_campaign(source)
-    return load(source)
+    if not path.is_file():
+        return load(source)
+    document = _parsed(path)
+    form: _Form[Any] = _CAMPAIGN if is_campaign(document.tree) else _SCENARIO
+    found: Scenario | Campaign = _load_document(document, path, path.parent, (), form)
+    return found
 
 
 def load(source: str | FilePath, overrides: Sequence[str] = ()) -> Scenario:
@@ -91,7 +94,7 @@ def load(source: str | FilePath, overrides: Sequence[str] = ()) -> Scenario:
         ScenarioError: everything wrong with it.
     """
     path = _path_of(source, _SCENARIO)
-    return load_text(_read(path), source=path, directory=path.parent, overrides=overrides)
+    return _load_document(_parsed(path), path, path.parent, overrides, _SCENARIO)
 
 
 def load_text(
@@ -283,14 +286,14 @@ def _path_of(source: str | FilePath, form: _Form[Any]) -> FilePath:
     raise ScenarioError(source, [Fault(0, 0, "", f"no such file, and no bundled {kind} of that name; {hint}")])
 
 
-def _read(path: FilePath) -> str:
-    """Returns the text of a file."""
+def _parsed(path: FilePath) -> Document:
+    """Returns the tree of a file."""
     try:
         data = path.read_bytes()
     except OSError as error:
         raise ScenarioError(path, [Fault(0, 0, "", f"cannot be read: {error.strerror}")]) from None
     try:
-        return data.decode("utf-8-sig")
+        return parse_yaml(data.decode("utf-8-sig"))
     except UnicodeDecodeError as error:
         line = data.count(b"\n", 0, error.start) + 1
         column = error.start - data.rfind(b"\n", 0, error.start)
