@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
 
 from nhtrack import se2
 from nhtrack.colours import robot_colour
-from nhtrack.simulation.scene import SceneSpec, make_scene
+from nhtrack.simulation.scene import Scene, SceneSpec, make_scene
 from nhtrack.video import camera, timeline
 from recordings import HALF_SEPARATION, robot_names, synthetic_recording
 
@@ -39,6 +41,17 @@ def projected(path: camera.CameraPath, frame: int, point: np.ndarray, fovy: floa
     return np.array(size) / 2 + scale * np.array([offset @ right, -(offset @ np.cross(right, forward))])
 
 
+@cache
+def shared_scene(text: str) -> Scene:
+    """Returns a scene to look at: a `Stage` changes the one it draws."""
+    return make_scene(SceneSpec.from_json(text))
+
+
+def line_of(recording, fps=1):
+    """Returns the timeline of a film as `video.frames` makes it."""
+    return timeline.make_timeline(recording, shared_scene(recording.dataset.attrs["scene"]), fps, None)
+
+
 def film(recording, size=SMALL, fps=1, name="group"):
     """Returns scene, timeline and camera path as `video.frames` makes them."""
     scene = make_scene(SceneSpec.from_json(recording.dataset.attrs["scene"]))
@@ -47,9 +60,10 @@ def film(recording, size=SMALL, fps=1, name="group"):
     return scene, line, camera.plan_camera(name, line.pose, fovy, size[0] / size[1], fps)
 
 
-def parted(apart: float = 0.3, samples: int = 81):
+def parted(apart: float = 0.3, samples: int = 81, followers: int = 1, *, virtual: bool = False):
     """Returns a filmable run on wheels whose twins are so far [m] beside their robots."""
-    recording = synthetic_recording(1, samples=samples, scene=SceneSpec(robot_names(1)).to_json())
+    scene = SceneSpec(robot_names(followers), virtual_root=virtual)
+    recording = synthetic_recording(followers, samples=samples, scene=scene.to_json())
     pose = recording["pose"].values
     side = np.zeros(2)
     side[1] = apart

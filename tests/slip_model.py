@@ -45,6 +45,7 @@ FORCE_SOLVED = 1e-11
 VELOCITY_SOLVED = 1e-10
 # A wheel whose slip velocity is below this [m/s] holds; what the solution of the forces leaves is smaller.
 HELD = 1e-9
+UNIT = np.eye(4)
 
 Torques = Callable[[float], np.ndarray]
 """Wheel torques (left, right) [N m] as a function of time [s]."""
@@ -101,6 +102,16 @@ class SlipRobot:
         r, b = self.wheel_radius, self.half_separation
         sideways = [0.0, 1, 0, 0, 0]
         return np.array([[1.0, 0, -b, -r, 0], sideways, [1.0, 0, b, 0, -r], sideways])
+
+    @cached_property
+    def compliance(self) -> np.ndarray:
+        """Rates of change of the slip velocities with the floor's forces, shape (4, 4)."""
+        return self.slip_matrix @ self.mobility @ self.slip_matrix.T
+
+    @cached_property
+    def stiffness(self) -> float:
+        """Inverse of the largest of them."""
+        return 1 / float(np.linalg.norm(self.compliance, 2))
 
     def turning_force(self, u: np.ndarray) -> np.ndarray:
         """C(u): the forces that a velocity needs to stay as it is in the turning frame, shape (5,)."""
@@ -237,16 +248,15 @@ def implicit_step(
         ArithmeticError: no solution was found, or a support would have to pull.
     """
     slip, mobility = robot.slip_matrix, h * robot.mobility
-    compliance = slip @ mobility @ slip.T  # change of slip velocities with forces
-    stiffness = 1 / np.linalg.norm(compliance, 2)
-    limit_slope = robot.friction * robot.load_per_force
+    stiffness = robot.stiffness / h
+    pull_slope, limit_slope = robot.stiffness * robot.compliance, robot.friction * robot.load_per_force
     applied = np.concatenate([np.zeros(3), torque])
     force, u = guess, start
     for iteration in range(200):
         before, u = u, start + mobility @ (applied - robot.turning_force(u) + slip.T @ force)
         load = robot.loads(u, (u - start) / h)
         limit = robot.friction * np.maximum(load[:2], 0)
-        residual, slope = coulomb_residual(force, stiffness * slip @ u, limit, stiffness * compliance, limit_slope)
+        residual, slope = coulomb_residual(force, stiffness * slip @ u, limit, pull_slope, limit_slope)
         solved = np.abs(residual).max() <= FORCE_SOLVED * robot.mass * GRAVITY
         if solved and np.abs(u - before).max() <= VELOCITY_SOLVED:
             if load.min() < 0:
@@ -276,10 +286,9 @@ def coulomb_residual(
         size = np.hypot(*trial)
         if size > limit[wheel]:
             along = trial / size
-            across = limit[wheel] / size * (np.eye(2) - np.outer(along, along))
-            own = np.eye(4)[rows]
+            across = limit[wheel] / size * (UNIT[:2, :2] - along[:, None] * along)
             residual[rows] = force[rows] - limit[wheel] * along
-            slope[rows] = own - across @ (own - pull_slope[rows]) - np.outer(along, limit_slope[wheel])
+            slope[rows] = UNIT[rows] - across @ (UNIT[rows] - pull_slope[rows]) - along[:, None] * limit_slope[wheel]
     return residual, slope
 
 

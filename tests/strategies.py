@@ -1,4 +1,4 @@
-"""What hypothesis draws from: the angles that break trigonometric code, poses, twists and batch shapes."""
+"""What hypothesis draws from: the angles that break trigonometric code, and poses."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ import math
 
 import numpy as np
 from hypothesis import strategies as st
-from hypothesis.extra import numpy as hnp
 
 PI = math.pi
 
@@ -53,32 +52,3 @@ def triples(angles: st.SearchStrategy[float]) -> st.SearchStrategy[np.ndarray]:
 
 
 poses = triples(any_angles)
-log_poses = triples(log_angles)
-twists = triples(st.floats(-10.0, 10.0))
-
-batch_shapes = st.sampled_from([(), (0,), (1,), (5,), (2, 3), (3, 0, 2)])
-
-
-@st.composite
-def batches(
-    draw: st.DrawFn, count: int, angles: st.SearchStrategy[float] = log_angles
-) -> tuple[np.ndarray, ...]:
-    """Several arrays (*batch, 3) of one batch shape."""
-    shape = draw(batch_shapes)
-
-    def one() -> np.ndarray:
-        positions = draw(hnp.arrays(float, (*shape, 2), elements=lengths))
-        headings = draw(hnp.arrays(float, (*shape, 1), elements=angles))
-        return np.concatenate([positions, headings], axis=-1)
-
-    return tuple(one() for _ in range(count))
-
-
-heading_walks: st.SearchStrategy[list[float]] = st.builds(
-    lambda start, steps: list(np.cumsum([start, *steps])),
-    st.floats(-20.0, 20.0),
-    st.lists(st.floats(-3.0, 3.0), max_size=30),
-)
-"""Unwrapped headings as a robot turns, less than pi per period."""
-
-

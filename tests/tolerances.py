@@ -25,9 +25,6 @@ COEFFICIENT = 4 * EPS
 # exp, then log: both of the above.
 ROUND_TRIP = 8 * EPS
 
-# scipy's expm is the side that rounds: Pade with up to four squarings at |theta| < 2 pi.
-EXPM = 2e-13
-
 # Central difference at h = 1e-5: h^2/6 times third derivatives of order 1, rounding EPS/h.
 FINITE_DIFFERENCE = 1e-8
 

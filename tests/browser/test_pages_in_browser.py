@@ -1,4 +1,4 @@
-"""What people do with the reports of comparisons, campaigns, the paper and the fidelity suite, done by a browser."""
+"""What every report can do, and what people do with those of comparisons, campaigns, the paper and fidelity."""
 
 from __future__ import annotations
 
@@ -13,69 +13,81 @@ from campaign_tables import campaign_starts
 from nhtrack.experiment.load import load_campaign
 from nhtrack.studies.campaign.report import Account, write
 from nhtrack.studies.campaign.tables import cells_of
-from opened import Opened, Opener
+from opened import FITS, PLOTS_FIT, Opened, Opener
 
 pytestmark = pytest.mark.slow
 
-PAGES = ("comparison", "campaign", "paper", "fidelity")
-SIZES = [(640, 480), (1280, 720)]
-OVERFLOW = "document.documentElement.scrollWidth - document.documentElement.clientWidth"
+PAGES = ("run", "comparison", "campaign", "paper", "fidelity")
+WIDE = ("comparison", "paper")  # whose tables are wider than a sheet: all of the page is printed smaller
+SMALL, USUAL, SHEET = (640, 480), (1280, 720), (794, 1123)  # A4 at 96 dots per inch
 NAMELESS = """nodes => nodes
     .filter(n => !n.ariaLabel && !n.labels?.length && !n.alt && !n.textContent.trim() && !n.closest('.modebar'))
     .map(n => n.outerHTML)"""
-LIGHT = """() => {
-    const [paper, ink] = ['backgroundColor', 'color'].map((name) => getComputedStyle(document.body)[name]);
-    return [paper, ink].map((colour) => Number(colour.match(/\\d+/)[0]) > 127);
+# Whether paper, text and the numbers on axes are as bright as on a page that is `light`.
+LOOKS = """(light) => {
+    const bright = (colour) => Number(colour.match(/\\d+/)[0]) > 127;
+    const {backgroundColor, color} = getComputedStyle(document.body);
+    const ticks = [...document.querySelectorAll('.plot .xtick text')].map((text) => getComputedStyle(text).fill);
+    return bright(backgroundColor) === light && [color, ...ticks].every((ink) => bright(ink) !== light);
 }"""
+LIGHT, DARK = f"({LOOKS})(true)", f"({LOOKS})(false)"
 MOST_BYTES = 15e6
 PIXEL = 0.6  # [px] Plotly rounds to whole pixels where it draws
-
-
-@pytest.fixture(params=PAGES)
-def page(request: pytest.FixtureRequest) -> Path:
-    """Returns each report in turn; whatever a page complains of fails the test that opened it."""
-    found: Path = request.getfixturevalue(f"{request.param}_report")
-    return found
 
 
 def data_of(opened: Opened) -> dict:
     return json.loads(opened.page.locator("#data").evaluate("node => node.textContent"))
 
 
-def test_every_page_is_light_and_dark_fits_and_prints(open_report: Opener, page: Path) -> None:
-    assert page.stat().st_size < MOST_BYTES
-    for dark, size in zip((False, True), SIZES, strict=True):
-        opened = open_report(page, size=size, dark=dark)
-        assert opened.page.evaluate(LIGHT) == [not dark, dark]
-        opened.page.click("#theme")
-        assert opened.page.evaluate(LIGHT) == [dark, not dark]
-        assert opened.page.evaluate(OVERFLOW) == 0
-    opened.page.emulate_media(media="print")
-    opened.page.wait_for_selector("html.printing", state="attached")
-    assert opened.page.evaluate(LIGHT) == [True, False]
-    assert opened.page.locator(".player").count() in (0, 1)
-    assert not opened.page.locator(".player").is_visible()
-    assert opened.page.pdf(format="A4").startswith(b"%PDF")
+@pytest.mark.parametrize("name", PAGES)
+def test_every_page_is_light_and_dark_fits_prints_and_says_what_things_are(
+    open_report: Opener, name: str, request: pytest.FixtureRequest
+) -> None:
+    path: Path = request.getfixturevalue(f"{name}_report")
+    assert path.stat().st_size < MOST_BYTES
+    opened = open_report(path, size=SMALL, dark=True)
+    page, player = opened.page, opened.page.locator(".player")
+    opened.until(DARK)
+    page.emulate_media(color_scheme="light")
+    opened.until(LIGHT)
+    page.keyboard.press("Tab")
+    assert page.evaluate("document.activeElement.id") == "theme"
+    page.keyboard.press("Enter")
+    opened.until(DARK)
 
-
-def test_every_page_can_be_used_by_keys_and_says_what_things_are(open_report: Opener, page: Path) -> None:
-    opened = open_report(page)
-    assert opened.page.locator("button, input, select, img, [role=img], [tabindex]").evaluate_all(NAMELESS) == []
-    links = opened.page.locator("nav a").evaluate_all("nodes => nodes.map(n => n.getAttribute('href'))")
+    assert page.locator("button, input, select, video, img, [role=img], [role=group], [tabindex]").evaluate_all(
+        NAMELESS
+    ) == []  # fmt: skip
+    links = page.locator("nav a").evaluate_all("nodes => nodes.map(n => n.getAttribute('href'))")
     assert {"#verdict", "#provenance"} < set(links)
-    assert all(opened.page.locator(link).count() == 1 for link in links)
-    opened.page.keyboard.press("Tab")
-    assert opened.page.evaluate("document.activeElement.id") == "theme"
-    opened.page.keyboard.press("Enter")
-    assert opened.page.evaluate(LIGHT) == [False, True]
-    assert opened.page.locator(".verdicts li").count() > 0
-    assert "nhtrack " in opened.page.locator("#provenance pre").first.inner_text()
+    assert all(page.locator(link).count() == 1 for link in links)
+    assert page.locator(".verdicts li").count() > 0
+    assert "nhtrack " in page.locator("#provenance pre").first.inner_text()
+
+    for size in (SMALL, USUAL, SHEET):
+        opened.resize(size)
+        opened.until(PLOTS_FIT)
+        opened.until(FITS)
+    opened.print_out()
+    assert page.evaluate(FITS) or name in WIDE
+    opened.until(LIGHT)
+    assert page.evaluate("getComputedStyle(document.body).backgroundColor") == "rgb(255, 255, 255)"
+    assert not player.is_visible()
+    paper = page.pdf(format="A4", print_background=True)
+    assert paper.startswith(b"%PDF")
+    assert len(re.findall(rb"/Type\s*/Page\b", paper)) in range(2, 9)
+    page.emulate_media(media="screen")
+    page.wait_for_selector("html:not(.printing)", state="attached")
+    opened.until(DARK)
+    assert player.count() == player.is_visible()
 
 
 # Comparisons ----------------------------------------------------------------------------------------------------------
 
 
-def test_all_laws_move_with_one_slider(open_report: Opener, comparison_report: Path) -> None:
+def test_all_laws_move_with_one_slider_on_axes_that_fit_those_that_completed(
+    open_report: Opener, comparison_report: Path
+) -> None:
     opened = open_report(comparison_report)
     frames = data_of(opened)["frames"]
     robots = ("leader", "follower-published", "follower-kanayama-1", "follower-kanayama-2")
@@ -95,9 +107,6 @@ def test_all_laws_move_with_one_slider(open_report: Opener, comparison_report: P
     opened.slide(2)
     assert float(cells.first.inner_text()) > 0
 
-
-def test_axes_fit_the_laws_that_completed(open_report: Opener, comparison_report: Path) -> None:
-    opened = open_report(comparison_report)
     drawn = opened.page.evaluate("document.getElementById('panel-u_x')._fullLayout.yaxis.range")
     curves = {curve["name"]: curve["y"] for panel in data_of(opened)["panels"] if panel["key"] == "u_x"
               for curve in panel["curves"]}  # fmt: skip
@@ -111,13 +120,15 @@ def test_axes_fit_the_laws_that_completed(open_report: Opener, comparison_report
 # Campaigns ------------------------------------------------------------------------------------------------------------
 
 
-def test_a_cell_chooses_law_and_reference_of_all_plots(open_report: Opener, campaign_report: Path) -> None:
+def test_cells_and_lists_choose_law_and_reference_of_all_plots_and_the_pointer_tells(
+    open_report: Opener, campaign_report: Path
+) -> None:
     opened = open_report(campaign_report)
     page, data = opened.page, data_of(opened)
     drawn = "document.getElementById('map').data.slice(0, 3).map(trace => trace.x.length)"
     broad = """[...document.querySelectorAll('.panel')].map(
         div => div.data.filter(trace => trace.line.width > 2).map(trace => trace.name))"""
-    for law, family in ((1, 0), (0, 1)):
+    for law, family in ((0, 1), (1, 0)):  # all of one arrive, and none of the other
         cell = page.locator(f'.cell[data-law="{law}"][data-family="{family}"]')
         cell.click()
         starts = data["starts"][law][family]
@@ -132,28 +143,26 @@ def test_a_cell_chooses_law_and_reference_of_all_plots(open_report: Opener, camp
         names = [data["laws"][law]["name"]]
         assert [found for found in page.evaluate(broad) if found] == [names] * page.locator(".panel").count()
 
-
-def test_lists_choose_and_the_pointer_tells(open_report: Opener, campaign_report: Path) -> None:
-    opened = open_report(campaign_report)
-    page, starts = opened.page, data_of(opened)["starts"]
+    starts = data["starts"][0][1]
     page.select_option("#family", label="sinus")
-    page.select_option("#law", label="samson")
-    place = next(k for k, x in enumerate(starts[2][1]["x"]) if 1 < abs(x))
+    page.select_option("#law", label="kanayama")
+    assert page.evaluate(drawn) == [8, 0, 0]
+    place = next(k for k, x in enumerate(starts["x"]) if 1 < abs(x))
     spot = page.evaluate(
         """([x, y]) => {
             const {xaxis, yaxis} = document.getElementById('map')._fullLayout;
             return [xaxis._offset + xaxis.l2p(x), yaxis._offset + yaxis.l2p(y)];
         }""",
-        [starts[2][1]["x"][place], starts[2][1]["y"][place]],
+        [starts["x"][place], starts["y"][place]],
     )
     page.locator("#map").scroll_into_view_if_needed()
     page.locator("#map").hover(position={"x": spot[0], "y": spot[1]})
     page.wait_for_selector("#map .hoverlayer .hovertext")
-    assert f"start {starts[2][1]['start'][place]}," in (page.locator("#map .hoverlayer").text_content() or "")
-    page.locator('.cell[data-law="0"][data-family="0"]').hover()
-    assert page.locator("#told").inner_text().startswith("universal against rest: ")
+    assert f"start {starts['start'][place]}," in (page.locator("#map .hoverlayer").text_content() or "")
+    page.locator('.cell[data-law="1"][data-family="0"]').hover()
+    assert page.locator("#told").inner_text().startswith("samson against rest: ")
     page.mouse.move(5, 5)
-    assert page.locator("#told").inner_text().startswith("samson against sinus: ")
+    assert page.locator("#told").inner_text().startswith("kanayama against sinus: ")
 
 
 def test_names_of_laws_and_references_stay_text(open_report: Opener, tmp_path: Path) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import shutil
 from pathlib import Path
 
 import pytest
@@ -16,21 +17,26 @@ from nhtrack.terminal.app import app
 
 CAMPAIGN = """\
 name: mine
-duration: 20
+duration: 6
 laws: {mine: {file: my_law.py, k_x: 2}, rival: {name: kanayama}}
 families: [line]
 starts: {count: 4, radius: 1}
+arrival: {last: 1}
 tuning: {laws: [mine], budget: 8, starts: 2}
 """
 QUIET = ["--no-video", "--no-figures", "--no-report"]
 
 
 @pytest.fixture(autouse=True)
-def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    monkeypatch.chdir(tmp_path)
+def _folder(tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A folder with a scenario and its law, at one place for all tests: a law is compiled for its place and text."""
+    folder = tmp_path_factory.getbasetemp() / "own_laws"
+    shutil.rmtree(folder, ignore_errors=True)
+    folder.mkdir()
+    monkeypatch.chdir(folder)
     scenario = assets.find_example("write_a_law/my_scenario.yaml").read_text(encoding="utf-8")
     Path("my_scenario.yaml").write_text(scenario + "backend: ideal\n", encoding="utf-8")
-    return tmp_path
+    Path("my_law.py").write_text(assets.find_example("write_a_law/my_law.py").read_text(encoding="utf-8"))
 
 
 def nhtrack(*arguments: str, code: int = 0) -> Result:
@@ -40,6 +46,7 @@ def nhtrack(*arguments: str, code: int = 0) -> Result:
 
 
 def test_init_writes_a_law_and_replaces_none() -> None:
+    os.remove("my_law.py")
     said = nhtrack("init", "--law").output
     assert said.startswith("wrote my_law.py; try it with:")
     assert "my_law law" in nhtrack("validate", "my_scenario.yaml").output
@@ -60,7 +67,6 @@ def test_init_writes_a_law_and_replaces_none() -> None:
     ],
 )  # fmt: skip
 def test_a_faulty_law_is_refused_before_a_run(before: str, after: str, expected: str) -> None:
-    nhtrack("init", "--law")
     law = Path("my_law.py").read_text(encoding="utf-8")
     Path("my_law.py").write_text(law.replace(before, after), encoding="utf-8")
     for command in ("validate", "run"):
@@ -72,7 +78,6 @@ def test_a_faulty_law_is_refused_before_a_run(before: str, after: str, expected:
 
 @pytest.mark.slow
 def test_run_and_run_again_without_the_file() -> None:
-    nhtrack("init", "--law")
     nhtrack("run", "my_scenario.yaml", *QUIET, "--set", "law.k_x=3", "--out", "first")
     os.rename("my_law.py", "away.py")
     said = nhtrack("run", "first/recording.nc", *QUIET, "--out", "second").output
@@ -85,37 +90,26 @@ def test_run_and_run_again_without_the_file() -> None:
 
 
 @pytest.mark.slow
-def test_a_law_that_breaks_down_keeps_its_recording() -> None:
-    nhtrack("init", "--law")
-    text = Path("my_law.py").read_text(encoding="utf-8")
-    first = "    v, omega = velocities"
-    breaks = f"    assert follower.x < 0.5, 'too far'\n{first}"
-    Path("my_law.py").write_text(text.replace(first, breaks), encoding="utf-8")
-    said = nhtrack("run", "my_scenario.yaml", *QUIET, "--out", "out", code=3).output
-    assert "AssertionError: too far" in said
-    assert "my_law.py:50): robot 'follower' at t = " in said
-    assert Recording.load("out/recording.nc").outcome.startswith("diverged")
-
-
-@pytest.mark.slow
-def test_tune_writes_gains_back() -> None:
-    nhtrack("init", "--law")
-    nhtrack("tune", "my_scenario.yaml", "--budget", "16", "--write", "--set", "law.k_x=0.1")
+def test_feasibility_and_gains_that_tune_writes_back() -> None:
+    assert "Fits at" in nhtrack("feasibility", "my_scenario.yaml").output
+    nhtrack("tune", "my_scenario.yaml", "--budget", "8", "--write", "--set", "law.k_x=0.1", "--set", "duration=6")
     text = Path("my_scenario.yaml").read_text(encoding="utf-8")
     assert "law: {file: my_law.py, k_x: " in text
     assert load("my_scenario.yaml").law.k_x > 0.1
 
 
 @pytest.mark.slow
-def test_compare_feasibility_and_a_campaign_in_workers() -> None:
-    nhtrack("init", "--law")
-    said = nhtrack("compare", "tour/hello", "my_law.py", "--backend", "ideal", *QUIET, "--out", "both").output
-    assert "my_law" in said
+def test_compare_and_a_campaign_in_workers() -> None:
+    short = ["--backend", "ideal", "--set", "duration=1"]
+    assert "my_law" in nhtrack("compare", "tour/hello", "my_law.py", *short, *QUIET, "--out", "both").output
     assert "law" in Recording.load("both/my_law/recording.nc").dataset.attrs
-    assert "Fits at" in nhtrack("feasibility", "my_scenario.yaml").output
     Path("mine.yaml").write_text(CAMPAIGN, encoding="utf-8")
-    quiet = ["--no-figures", "--no-report", "--processes", "2"]
-    assert "mine: 4 starts against each reference" in nhtrack("campaign", "mine.yaml", *quiet).output
+    quiet = ["--no-figures", "--no-report", "--processes", "1"]
+    said = nhtrack("campaign", "mine.yaml", *quiet).output
+    for law in ("mine", "rival"):
+        assert f"{law}: 4 starts against each reference" in said
+    account = json.loads(Path("runs/campaign-mine/tuning/mine-line.json").read_text())
+    assert load("runs/campaign-mine/worst/mine.yaml").law.k_x == account["gains"]["k_x"]
     with open("my_law.py", "a", encoding="utf-8") as law:
         law.write("# changed\n")
     assert "another text of a law's file" in nhtrack("campaign", "mine.yaml", *quiet, code=1).output
@@ -123,10 +117,14 @@ def test_compare_feasibility_and_a_campaign_in_workers() -> None:
 
 @pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:law .* runs as Python")  # as `main` does
-def test_a_law_as_python_says_so_once() -> None:
-    text = assets.find_example("write_a_law/my_law.py").read_text(encoding="utf-8")
-    slow = text.replace("    v, omega = velocities", "    import json\n    v, omega = velocities")
-    Path("my_law.py").write_text(slow, encoding="utf-8")
-    for command in (["run", "my_scenario.yaml", *QUIET], ["tune", "my_scenario.yaml", "--budget", "8"]):
-        said = nhtrack(*command, "--set", "duration=1").output
-        assert said.count("law 'my_law' runs as Python, each call some 250 times slower") == 1
+def test_a_law_as_python_says_so_once_and_keeps_its_recording_when_it_breaks_down() -> None:
+    text, first = Path("my_law.py").read_text(encoding="utf-8"), "    v, omega = velocities"
+    breaks = f"    import json\n    assert follower.x < 0.5 or gains.k_x != 1, 'too far'\n{first}"
+    Path("my_law.py").write_text(text.replace(first, breaks), encoding="utf-8")
+    tuned = nhtrack("tune", "my_scenario.yaml", "--budget", "8", "--set", "duration=1").output
+    said = nhtrack("run", "my_scenario.yaml", *QUIET, "--out", "out", code=3).output
+    for each in (tuned, said):
+        assert each.count("law 'my_law' runs as Python, each call some 250 times slower") == 1
+    assert "AssertionError: too far" in said
+    assert "my_law.py:51): robot 'follower' at t = " in said
+    assert Recording.load("out/recording.nc").outcome.startswith("diverged")

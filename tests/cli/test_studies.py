@@ -71,13 +71,14 @@ def test_what_cannot_be_made_feasible_exits_2(file: Path) -> None:
     assert list(file.parent.iterdir()) == [file]
 
 
+@pytest.mark.slow
 def test_a_run_finds_its_time_and_can_be_run_again(file: Path) -> None:
     assert "a time yet to be found" not in invoke("validate", file).stdout
     file.write_text(CASE.replace("time: 2}", "time: auto}"))
     assert "a time yet to be found on the robot's clock" in invoke("validate", file).stdout
-    short = ("--backend", "ideal", "--no-video", "--no-figures")
-    assert invoke("run", file, *short, "--out", "one").exit_code == 0
-    assert invoke("run", "one/recording.nc", *short, "--out", "two").exit_code == 0
+    quiet = ("--backend", "ideal", "--no-video", "--no-figures", "--no-report")
+    assert invoke("run", file, *quiet, "--out", "one").exit_code == 0
+    assert invoke("run", "one/recording.nc", *quiet, "--out", "two").exit_code == 0
     one, two = Recording.load("one/recording.nc"), Recording.load("two/recording.nc")
     assert one.dataset.identical(two.dataset)
     assert one.scenario["similarity"]["time"] == one.time_scale

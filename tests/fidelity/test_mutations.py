@@ -10,13 +10,10 @@ import pytest
 
 from nhtrack.simulation.mujoco import MujocoSimulation
 from nhtrack.simulation.scene import Scene
-from nhtrack.studies.fidelity.bench import Bench, Finding
+from nhtrack.studies.fidelity.bench import Bench
 from nhtrack.studies.fidelity.suite import CHECKS
 
 pytestmark = pytest.mark.slow
-
-ROBOT = "nh_mini"
-SHARES = ("before_share", "after_share", "force_share")  # what the correction is made of
 
 
 def wheels_swapped(scene: Scene) -> Scene:
@@ -54,12 +51,10 @@ def cylinders(scene: Scene) -> Scene:
     return replace(scene, model=robot.compile())
 
 
-def correction_times(factor: float) -> Callable[[MujocoSimulation], None]:
-    def tamper(simulation: MujocoSimulation) -> None:
-        shares = {name: factor * getattr(simulation.wheels, name) for name in SHARES}
-        simulation.wheels = simulation.wheels._replace(**shares)
-
-    return tamper
+def correction_off(simulation: MujocoSimulation) -> None:
+    parts = ("before_share", "after_share", "force_share")  # what the correction is made of
+    shares = {name: 1.01 * getattr(simulation.wheels, name) for name in parts}
+    simulation.wheels = simulation.wheels._replace(**shares)
 
 
 def correction_on_ice(simulation: MujocoSimulation) -> None:
@@ -78,17 +73,9 @@ class Mutation:
     change: Callable[[Scene], Scene] | None = None
     tamper: Callable[[MujocoSimulation], None] | None = None
 
-    def findings(self, *, sound: bool = False) -> dict[str, Finding]:
-        bench = Bench(ROBOT) if sound else Bench(ROBOT, self.change, self.tamper)
-        return {finding.check: finding for finding in CHECKS[self.check](bench)}
 
-
-_POSITION = "planar base: position after 10 s"
 MUTATIONS = (
-    *(
-        Mutation(f"rate correction {how}", "planar_base", _POSITION, None, correction_times(times))
-        for how, times in (("reversed", -1.0), ("halved", 0.5), ("1 % off", 1.01))
-    ),
+    Mutation("rate correction 1 % off", "planar_base", "planar base: position after 10 s", tamper=correction_off),
     Mutation("wheels swapped", "accelerations", "spin under constant torque", wheels_swapped),
     Mutation("centre of mass mirrored", "reduced_model", "wheel torques of any motion", com_mirrored),
     Mutation("centre of mass mirrored", "load_shares", "wheel loads against statics", com_mirrored),
@@ -106,9 +93,7 @@ MUTATIONS = (
 
 @pytest.mark.parametrize("mutation", MUTATIONS, ids=lambda mutation: f"{mutation.name}-{mutation.check}")
 def test_a_fault_breaks_its_budget(mutation: Mutation) -> None:
-    assert not mutation.findings()[mutation.budget].ok
-
-
-@pytest.mark.parametrize("mutation", {(m.check, m.budget): m for m in MUTATIONS}.values(), ids=lambda m: m.budget)
-def test_without_it_the_budget_is_kept(mutation: Mutation) -> None:
-    assert mutation.findings(sound=True)[mutation.budget].ok
+    """Without the fault it is kept: see test_suite.py."""
+    bench = Bench("nh_mini", mutation.change, mutation.tamper)
+    findings = {finding.check: finding for finding in CHECKS[mutation.check](bench)}
+    assert not findings[mutation.budget].ok

@@ -1,7 +1,7 @@
 """MuJoCo's wheel contacts against a second engine, which knows Coulomb friction from mechanics alone (slip_model.py).
 
 First the second engine against closed forms; then both engines under the same wheel torques, below the limit of
-friction, at it and beyond it. Every bundled robot drives the same manoeuvres, scaled by its own size and motors.
+friction, at it and beyond it. A light robot and a heavy one drive the same manoeuvres, scaled by size and motors.
 
 Where the two differ the second engine is right: a wheel that slides at s on MuJoCo's convex contacts is thrown up at
 about mu s, and touches the floor in single steps with many times its load. Means over some of these bounces are
@@ -19,7 +19,6 @@ import pytest
 from scipy.optimize import brentq
 
 from motions import Run, drive, state
-from nhtrack import assets
 from nhtrack.simulation.mujoco import MujocoSimulation
 from nhtrack.simulation.scene import Scene, SceneSpec, make_scene
 from slip_model import GRAVITY, HELD, SlipRobot, SlipRun, implicit_step, simulate
@@ -112,22 +111,21 @@ class TestClosedForms:
         np.testing.assert_allclose(run.pose[-1, 0], force / ROBOT.mass * 0.3**2 / 2, rtol=EXACT)
         np.testing.assert_allclose(run.load[:, :2].sum(axis=1) * mu, force, rtol=EXACT)
 
-    @pytest.mark.parametrize("direction", [1, -1])
-    def test_coasting_is_the_chaplygin_sleigh(self, direction: int) -> None:
+    def test_coasting_is_the_chaplygin_sleigh(self) -> None:
         """v = V tanh k t, omega = V sqrt(m_eff/J_eff) sech k t with k = m c_x V/J_eff: it turns its heavy end ahead."""
-        robot = replace(ROBOT, friction=1.0, com=(direction * 0.01, 0.0), casters=((direction * 0.05, 0.0),))
+        robot = replace(ROBOT, friction=1.0, com=(0.01, 0.0), casters=((0.05, 0.0),))
         spin = 2 * (robot.wheel_inertia + robot.rotor_inertia) / robot.wheel_radius**2
         mass = robot.mass + spin
         inertia = robot.yaw_inertia + robot.mass * 0.01**2 + spin * robot.half_separation**2
-        speed = direction * 0.3
+        speed = 0.3
         rate = robot.mass * robot.com[0] * speed / inertia
 
         def velocity(t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-            return speed * np.tanh(rate * t), abs(speed) * np.sqrt(mass / inertia) / np.cosh(rate * t)
+            return speed * np.tanh(rate * t), speed * np.sqrt(mass / inertia) / np.cosh(rate * t)
 
-        start = -1 / rate
+        start = -0.7 / rate
         v, omega = velocity(np.array(start))
-        run = simulate(robot, lambda t: NO_TORQUE, robot.rolling(float(v), float(omega)), 1.5 / rate, 0.001)
+        run = simulate(robot, lambda t: NO_TORQUE, robot.rolling(float(v), float(omega)), 1.0 / rate, 0.001)
         v, omega = velocity(start + run.time)
         np.testing.assert_allclose(run.u[:, [0, 2]], np.stack([v, omega], axis=-1), rtol=0, atol=SMOOTH)
         assert np.abs(run.slip(robot)).max() < HELD
@@ -160,13 +158,13 @@ class TestClosedForms:
 
 class TestSecondEngine:
     def test_order_of_accuracy_while_wheels_slide(self) -> None:
-        ends = [self.end(np.array([0.4, 0.3, 6.0, 11, 15]), 0.06, h) for h in (0.001, 0.0005, 0.00025)]
+        ends = [self.end(np.array([0.4, 0.3, 6.0, 11, 15]), 0.03, h) for h in (0.001, 0.0005, 0.00025)]
         coarse, fine = (np.abs(a - b).max() for a, b in pairwise(ends))
         assert np.log2(coarse / fine) > SECOND_ORDER
 
     @pytest.mark.parametrize(
         ("start", "duration"),
-        [(ROBOT.rolling(0.4, 2.5), 0.3), (np.array([0.5, 0.2, 8.0, 3, 25]), 0.2)],
+        [(ROBOT.rolling(0.4, 2.5), 0.17), (np.array([0.5, 0.2, 8.0, 3, 25]), 0.1)],
         ids=["a bend becomes a slide", "slips end and begin"],
     )
     def test_accuracy_through_events(self, start: np.ndarray, duration: float) -> None:
@@ -183,7 +181,7 @@ class TestSecondEngine:
         """Momentum and angular momentum in the world, pitch and roll about the CoM: none of them is solved for."""
         robot = replace(ROBOT, com=(-0.01, 0.004), products_of_inertia=(-2e-5, 1e-5))
         start = np.array([0.5, 0.2, 3.0, 10, 25])
-        run = simulate(robot, lambda t: np.array([0.003, -0.002]), start, 0.06, 0.0002)
+        run = simulate(robot, lambda t: np.array([0.003, -0.002]), start, 0.03, 0.0002)
         turn = np.exp(1j * run.pose[:, 2])
         place = run.pose[:, 0] + 1j * run.pose[:, 1]
         com = place + turn * complex(*robot.com)
@@ -230,7 +228,7 @@ class TestSecondEngine:
     def test_friction_dissipates_the_most_it_can(self) -> None:
         """Coulomb's law at both wheels, from any state of motion, loads and all."""
         rng, held = np.random.default_rng(5), np.zeros(2, int)
-        for _ in range(300):
+        for _ in range(100):
             friction, height = rng.uniform(0.02, 0.5), rng.uniform(0.0, 0.02)
             com = (-0.01, rng.uniform(-0.01, 0.01))
             robot = replace(ROBOT, friction=friction, com_height=height, com=com)
@@ -244,8 +242,8 @@ class TestSecondEngine:
             assert (np.linalg.norm(force, axis=1) <= limit + EXACT).all()
             np.testing.assert_allclose((force * slip).sum(axis=1), -limit * size * (size > HELD), rtol=0, atol=EXACT)
             held += size < HELD
-        assert (held > 30).all()  # wheels that hold and wheels that slide are both among them
-        assert (held < 270).all()
+        assert (held > 10).all()  # wheels that hold and wheels that slide are both among them
+        assert (held < 90).all()
 
 
 # -- both engines side by side ---------------------------------------------------------------------
@@ -390,8 +388,8 @@ def launch_limit(robot: SlipRobot) -> float:
     return float(brentq(lambda u_x: reserve(robot, 0, 0, u_x, 0)[0], 0, robot.friction * GRAVITY))
 
 
-def growing_circle(driven: Driver, h: float = TIMESTEP) -> SideBySide:
-    """A circle of radius 3 b, from 0.9 of the speed at which the axle slides; it grows by 0.3 of that a second."""
+def growing_circle(driven: Driver, duration: float, h: float = TIMESTEP) -> SideBySide:
+    """A circle of radius 3 b, from 0.95 of the speed at which the axle slides; it grows by 0.3 of that a second."""
     robot, growth = driven.bend, 0.3
     radius = 3 * robot.half_separation
 
@@ -399,8 +397,8 @@ def growing_circle(driven: Driver, h: float = TIMESTEP) -> SideBySide:
         return reserve(robot, v, v / radius, growth * v, growth * v / radius)[1]
 
     v = float(brentq(side_force_left, 1e-3 * driven.speed, driven.speed))
-    command = np.tile([growth * v, growth * v / radius], (round(0.9 / h), 1))
-    return side_by_side(driven.name, robot.friction, command, (0.9 * v, 0.9 * v / radius), h)
+    command = np.tile([growth * v, growth * v / radius], (round(duration / h), 1))
+    return side_by_side(driven.name, robot.friction, command, (0.95 * v, 0.95 * v / radius), h)
 
 
 def first(condition: np.ndarray) -> int:
@@ -409,21 +407,21 @@ def first(condition: np.ndarray) -> int:
     return int(np.argmax(condition))
 
 
-@pytest.fixture(scope="module", params=assets.robots())
+@pytest.fixture(scope="module", params=["nh_mini", "warehouse"])
 def driven(request: pytest.FixtureRequest) -> Driver:
     return driver(request.param)
 
 
-@pytest.fixture(scope="module", params=[1.2, 2.0])
-def launched(driven: Driver, request: pytest.FixtureRequest) -> SideBySide:
-    """Half a second from rest, commanded beyond the limit of friction."""
-    command = np.tile([request.param * launch_limit(driven.straight), 0], (500, 1))
+@pytest.fixture(scope="module")
+def launched(driven: Driver) -> SideBySide:
+    """Half a second from rest, commanded twice the limit of friction."""
+    command = np.tile([2 * launch_limit(driven.straight), 0], (500, 1))
     return side_by_side(driven.name, driven.straight.friction, command, (0, 0))
 
 
 @pytest.fixture(scope="module")
 def bent(driven: Driver) -> SideBySide:
-    return growing_circle(driven)
+    return growing_circle(driven, 0.7)
 
 
 class TestLaunch:
@@ -476,7 +474,7 @@ class TestBend:
         mujoco = first(np.abs(bent.seen("lateral_slip")) > SLIPPING)
         second = first(np.abs(bent.second.u[1:, 1]) > SLIPPING)
         assert self.speed(bent, mujoco) == pytest.approx(self.speed(bent, second), rel=BREAK_AWAY)
-        closed_form = bent.second.u[0, 0] / 0.9
+        closed_form = bent.second.u[0, 0] / 0.95
         assert self.speed(bent, self.break_away(bent)) == pytest.approx(closed_form, rel=BREAK_AWAY)
 
     def test_half_a_second_after(self, bent: SideBySide) -> None:
@@ -523,7 +521,7 @@ def test_one_wheel_spins_and_the_other_holds(driven: Driver) -> None:
 
 def test_mujoco_comes_closer_with_smaller_steps() -> None:
     """After the axle broke away, where the two differ by a percent: the second engine's side is the right one."""
-    coarse, fine = (growing_circle(driver("nh_mini"), h) for h in (TIMESTEP, TIMESTEP / 4))
+    coarse, fine = (growing_circle(driver("nh_mini"), 0.27, h) for h in (TIMESTEP, TIMESTEP / 4))
     at_1_ms, at_a_quarter = ((run.gap()[TestBend.break_away(run) :] ** 2).mean(axis=0) ** 0.5 for run in (coarse, fine))
     assert np.hypot(*at_a_quarter[:2]) < CONVERGING * np.hypot(*at_1_ms[:2])
     assert at_a_quarter[2] < CONVERGING * at_1_ms[2]

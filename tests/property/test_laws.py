@@ -1,4 +1,4 @@
-"""The laws against the paper written a second time, their symmetries, and what they do in the long run."""
+"""The laws against the paper written a second time, and what they do in the long run."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
-from hypothesis import assume, example, given
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm, logm
@@ -21,7 +21,6 @@ from drives import DRIVE
 from nhtrack import se2
 from nhtrack.experiment.loop import rollout
 from nhtrack.network import Network
-from nhtrack.similarity import Similarity
 from nhtrack.simulation.ideal import IdealSimulation
 from nhtrack.simulation.state import State
 
@@ -88,10 +87,10 @@ relative_headings = st.one_of(draw.branch_angles, st.floats(-3.0, 3.0))
 
 
 @st.composite
-def scenes(draw_: st.DrawFn, headings: st.SearchStrategy[float] = relative_headings) -> Scene:
+def scenes(draw_: st.DrawFn) -> Scene:
     """One follower and its leader, away from the jumps of the law's angles."""
     leader = np.array([draw_(places), draw_(places), draw_(st.floats(-20.0, 20.0))])
-    relative = np.array([draw_(places), draw_(places), draw_(headings)])
+    relative = np.array([draw_(places), draw_(places), draw_(relative_headings)])
     xi_0, xi_1 = (np.array([draw_(speeds), 0.0, draw_(speeds)]) for _ in range(2))
     g = np.asarray(se2.compose(leader, relative))
     scene = Scene(Robots(g, xi_1), Leader(leader, xi_0, np.array([draw_(speeds), 0.0, draw_(speeds)])))
@@ -128,23 +127,10 @@ def state(g: np.ndarray, xi: np.ndarray) -> np.ndarray:
     return np.array([*g, xi[0], xi[2]])
 
 
-def random_scene(shape: tuple[int, ...], seed: int = 0) -> Scene:
-    rng = np.random.default_rng(seed)
-    g = rng.uniform(-5, 5, (2, *shape, 3))
-    xi = rng.uniform(-2, 2, (2, *shape, 3)) * [1, 0, 1]
-    return Scene(
-        Robots(g[0], xi[0]), Leader(g[1], xi[1], rng.uniform(-2, 2, (*shape, 3)) * np.array([1.0, 0.0, 1.0]))
-    )
-
-
-def at(scene: Scene, index: object) -> Scene:
-    """The same scene with some robots picked out."""
-    return Scene(Robots(*(a[index] for a in scene.follower)), Leader(*(a[index] for a in scene.leader)))
-
-
 # -- the paper --------------------------------------------------------------------------------------
 
 
+@settings(max_examples=40)  # scipy's matrix exponential takes its time
 @given(laws(), scenes())
 def test_law_is_the_paper_s(law: AnyLaw, scene: Scene) -> None:
     """Equal to the general form (eq. 25) in matrices, with and without its bracket, and to Lemma 1."""
@@ -156,17 +142,6 @@ def test_law_is_the_paper_s(law: AnyLaw, scene: Scene) -> None:
     assert error <= tol.LAW * Sizes.of(scene).rounding(law)
 
 
-@pytest.mark.parametrize("turns", [-2, -1, 0, 1, 2])
-@every_law
-def test_law_is_the_paper_s_whole_turns_away(law: AnyLaw, turns: int) -> None:
-    """A follower that has turned more often than its leader is told what one that has not would be told."""
-    scene = random_scene((), seed=3)
-    g = scene.follower.g + np.array([0.0, 0.0, 2 * PI * turns])
-    turned = scene._replace(follower=scene.follower._replace(g=g))
-    error = np.abs(first_command(law, turned) - first_command(law, scene)).max()
-    assert error <= tol.LAW * Sizes.of(turned).rounding(law)
-
-
 def test_published_and_full_differ_by_the_bracket() -> None:
     """u_x differs by -omega_1 v_y01 (docs/theory.md, slip 1), worked by hand."""
     follower = Robots(np.array([1.0, 2.0, PI / 2]), np.array([0.5, 0.0, 3.0]))
@@ -175,75 +150,6 @@ def test_published_and_full_differ_by_the_bracket() -> None:
     v_y01 = 0.7 - 0.2 * 2.0  # (v_0 - omega_0 r_y) sin(pi/2) - omega_0 r_x cos(pi/2)
     assert full[0] - published[0] == pytest.approx(-3.0 * v_y01, abs=tol.HAND)
     assert full[1] == published[1]
-
-
-# -- symmetries -------------------------------------------------------------------------------------
-
-
-@given(laws(), scenes(), draw.triples(st.floats(-20.0, 20.0)))
-def test_law_is_left_invariant(law: AnyLaw, scene: Scene, h: np.ndarray) -> None:
-    """Moving both by the same h changes nothing; the memory carries the branch at the antipode."""
-    h[:2] = np.clip(h[:2], -10, 10)
-    memory = law.init(*scene)
-    follower = scene.follower._replace(g=se2.compose(h, scene.follower.g))
-    moved = Scene(follower, scene.leader._replace(g=se2.compose(h, scene.leader.g)))
-    error = np.abs(law(*moved, memory)[0] - law(*scene, memory)[0]).max()
-    bound = max(Sizes.of(scene).rounding(law), Sizes.of(moved).rounding(law))
-    assert error <= tol.LAW * bound
-
-
-@given(laws(), scenes(draw.any_angles))
-def test_law_is_mirror_symmetric(law: AnyLaw, scene: Scene) -> None:
-    """A world seen in a mirror along x obeys the mirrored law, to the last bit."""
-    flip, flip_u = np.array([1.0, -1.0, -1.0]), np.array([1.0, -1.0])
-    follower = Robots(scene.follower.g * flip, scene.follower.xi * flip)
-    leader = Leader(scene.leader.g * flip, scene.leader.xi * flip, scene.leader.u * flip)
-    np.testing.assert_array_equal(
-        first_command(law, Scene(follower, leader)), first_command(law, scene) * flip_u
-    )
-
-
-def scaled(law: AnyLaw, scene: Scene, similarity: Similarity) -> tuple[AnyLaw, Scene]:
-    gains = similarity.scale_gains(law.kp, law.kd, law.ke if isinstance(law, Published) else 0.0, law.k)
-    law = replace(law, **{name: value for name, value in gains._asdict().items() if hasattr(law, name)})
-    follower = Robots(
-        similarity.poses_to_robot(scene.follower.g), similarity.twists_to_robot(scene.follower.xi)
-    )
-    leader = Leader(
-        similarity.poses_to_robot(scene.leader.g),
-        similarity.twists_to_robot(scene.leader.xi),
-        np.insert(similarity.inputs_to_robot(scene.leader.u[..., ::2]), 1, 0.0, axis=-1),
-    )
-    return law, Scene(follower, leader)
-
-
-@given(laws(), scenes(), st.integers(-12, 12), st.integers(-8, 8))
-def test_law_scales_exactly_by_powers_of_two(law: AnyLaw, scene: Scene, length: int, time: int) -> None:
-    similarity = Similarity(2.0**length, 2.0**time)
-    expected = similarity.inputs_to_robot(first_command(law, scene))
-    np.testing.assert_array_equal(first_command(*scaled(law, scene, similarity)), expected)
-
-
-@given(laws(), scenes(), draw.log_uniform(1e-3, 1e3), draw.log_uniform(1e-2, 1e2))
-def test_law_scales_by_any_factor(law: AnyLaw, scene: Scene, length: float, time: float) -> None:
-    similarity = Similarity(length, time)
-    u = similarity.inputs_to_scenario(first_command(*scaled(law, scene, similarity)))
-    assert np.abs(u - first_command(law, scene)).max() <= tol.LAW * Sizes.of(scene).rounding(law)
-
-
-@every_law
-@pytest.mark.parametrize("shape", [(2, 3), (3, 0)])
-def test_batch_is_exactly_its_members(law: AnyLaw, shape: tuple[int, ...]) -> None:
-    scene = random_scene(shape)
-    memory = law.init(*scene)
-    u, (turns,) = law(*scene, memory)
-    assert u.shape == (*shape, 2)
-    assert turns.shape == shape
-    for index in np.ndindex(*shape):
-        alone = at(scene, index)
-        one, (turn,) = law(*alone, law.init(*alone))
-        np.testing.assert_array_equal(u[index], one)
-        assert turns[index] == turn
 
 
 # -- the antipode -----------------------------------------------------------------------------------
@@ -261,14 +167,6 @@ def test_pi_and_minus_pi_turn_opposite_ways(law: AnyLaw) -> None:
     assert plus[0] == minus[0]
     assert plus[1] == -minus[1]
     assert plus[1] < 0  # pi comes back clockwise
-
-
-@every_law
-@pytest.mark.parametrize("theta", [PI, -PI, 0.3, -2.0])
-def test_three_half_turns_are_one(law: AnyLaw, theta: float) -> None:
-    """A follower whole turns ahead is told the same: 3 pi as pi, -3 pi as -pi."""
-    more = first_command(law, behind(theta + math.copysign(2 * PI, theta)))
-    np.testing.assert_allclose(more, first_command(law, behind(theta)), rtol=tol.HAND)
 
 
 @every_law
@@ -291,7 +189,7 @@ def test_command_does_not_chatter_at_the_antipode(law: AnyLaw) -> None:
 @every_law
 def test_branch_changes_once_and_late(law: AnyLaw) -> None:
     """A turn is given up at pi + hysteresis and, turning back, taken again at pi - hysteresis."""
-    ahead = np.linspace(0.0, 3 * PI, 1000)
+    ahead = np.linspace(0.0, 3 * PI, 200)
     memory, turns = law.init(*behind(0.0)), []
     for theta in [*ahead, *ahead[::-1]]:
         _, memory = law(*behind(theta), memory)
@@ -302,18 +200,6 @@ def test_branch_changes_once_and_late(law: AnyLaw) -> None:
     assert len(changes) == 2
     assert 0 < headings[0] - (PI + law.hysteresis) <= step
     assert 0 < (PI - law.hysteresis) - headings[1] <= step
-
-
-@given(st.sampled_from(EXAMPLES), st.lists(st.floats(-3.0, 3.0), min_size=1, max_size=40))
-def test_commands_stay_finite_however_the_follower_turns(law: AnyLaw, steps: list[float]) -> None:
-    """log's singularity at 2 pi is out of reach while a period turns less than pi - 0.25."""
-    theta = 0.0
-    memory = law.init(*behind(theta))
-    for step in steps:
-        theta += np.clip(step, -2.8, 2.8)
-        u, memory = law(*behind(theta), memory)
-        assert abs(theta - 2 * PI * float(memory.turns)) <= PI + law.hysteresis
-        assert np.abs(u).max() < 1e3
 
 
 # -- dead zones -------------------------------------------------------------------------------------
@@ -360,15 +246,6 @@ def test_adjoint_attitude_is_noise_within_its_dead_zone(variant: str) -> None:
     assert steering == [0.0, pytest.approx(2.0 * PI / 2, rel=tol.HAND)]
 
 
-@given(laws(), draw.lengths, draw.lengths, draw.branch_angles)
-@example(EXAMPLES[0], 0.0, 0.0, PI)
-@example(EXAMPLES[2], 0.0, -1e-300, -PI)
-def test_a_leader_at_rest_asks_for_finite_commands(law: AnyLaw, x: float, y: float, theta: float) -> None:
-    follower = Robots(np.array([x, y, theta]), np.zeros(3))
-    u = first_command(law, Scene(follower, Leader(np.zeros(3), np.zeros(3), np.zeros(3))))
-    assert np.isfinite(u).all()
-
-
 # -- Bullo's lemma ----------------------------------------------------------------------------------
 
 
@@ -383,10 +260,10 @@ def log_paper(g: np.ndarray) -> np.ndarray:
     return np.array([x, y, theta])
 
 
-@given(st.tuples(places, places, st.floats(-3.1, 3.1)).map(np.array), draw.triples(speeds))
-def test_log_feedback_is_the_matrix_logarithm(g: np.ndarray, xi: np.ndarray) -> None:
-    expected = -2.0 * log_paper(g) - 3.0 * xi
-    np.testing.assert_allclose(log_feedback(g, xi, 2.0, 3.0), expected, rtol=tol.LOGM, atol=tol.LOGM * 20)
+def test_log_feedback_is_the_matrix_logarithm() -> None:
+    for g, xi in np.random.default_rng(1).uniform(-1, 1, (10, 2, 3)) * [[10.0, 10.0, 3.1], [5.0, 5.0, 5.0]]:
+        expected = -2.0 * log_paper(g) - 3.0 * xi
+        np.testing.assert_allclose(log_feedback(g, xi, 2.0, 3.0), expected, rtol=tol.LOGM, atol=tol.LOGM * 20)
 
 
 def test_log_feedback_stabilises_a_fully_actuated_body() -> None:

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import tolerances as tol
@@ -40,6 +40,7 @@ class Pair(NamedTuple):
         return np.insert(self.u, 1, 0.0, axis=-1)
 
 
+few = settings(max_examples=30)
 bounded = st.floats(-2.0, 2.0)
 
 
@@ -59,6 +60,7 @@ def relative_twist(pair: Pair, t: float) -> np.ndarray:
     return np.array([seen.v_x, seen.v_y, seen.omega])
 
 
+@few
 @given(pairs())
 def test_lemma_2_and_the_dynamics_of_the_relative_motion(pair: Pair) -> None:
     """d/dt Ad_{g_01^-1} xi_0 = [xi_1, xi_01] for xi_0 held; so xi_01' = u_1 - Ad u_0 - [xi_1, xi_01] (eq. 12)."""
@@ -76,6 +78,7 @@ def test_lemma_2_and_the_dynamics_of_the_relative_motion(pair: Pair) -> None:
     np.testing.assert_allclose(found, expected, atol=tol.VIRTUAL_TWIST)
 
 
+@few
 @given(pairs())
 def test_lemma_3_relative_twist_is_the_rate_of_the_relative_pose(pair: Pair) -> None:
     """g_01' = g_01 xi_01: the relative pose rests only where xi_01 vanishes."""
@@ -88,6 +91,7 @@ def test_lemma_3_relative_twist_is_the_rate_of_the_relative_pose(pair: Pair) -> 
     np.testing.assert_allclose(found, relative_twist(pair, 0.0), atol=tol.VIRTUAL_TWIST)
 
 
+@few
 @given(pairs())
 def test_lemma_4_at_the_adjoint_attitude_the_relative_motion_has_no_lateral_part(pair: Pair) -> None:
     """v_y01 = 0 for a follower without lateral velocity whose heading is theta~01."""
@@ -98,6 +102,7 @@ def test_lemma_4_at_the_adjoint_attitude_the_relative_motion_has_no_lateral_part
     assert abs(lateral) <= 100 * tol.ALGEBRA
 
 
+@few
 @given(pairs(), st.floats(-3.0, 3.0), st.tuples(bounded, bounded, bounded).map(np.array))
 def test_lemma_5_relative_motion_splits_at_any_frame(pair: Pair, heading: float, twist: np.ndarray) -> None:
     """g_01 = g~_01 g_e and xi_01 = xi_e + Ad_{g_e^-1} xi~_01, whatever twist the frame in between is given."""

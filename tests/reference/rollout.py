@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from math import inf
 from typing import NamedTuple
@@ -17,8 +17,6 @@ from nhtrack.recording import VARIABLES
 from reference.laws import Law, Leader, Memory, Robots
 from reference.laws.virtual_leader import Combination, Transform, VirtualLeader, VirtualMemory
 from reference.physics.state import Simulation, State
-
-Progress = Callable[[int, int], None]
 
 
 @dataclass(frozen=True)
@@ -40,7 +38,6 @@ class Rollout:
     variables: dict[str, np.ndarray]
     qpos: np.ndarray | None
     failure: SimulationDiverged | None = None
-    interrupted: bool = False
 
 
 @np.errstate(over="ignore", invalid="ignore")  # a run that diverges says so itself, with robot and time
@@ -51,20 +48,16 @@ def rollout(
     inputs: np.ndarray,
     start: State,
     tracking: Tracking | None = None,
-    progress: Progress | None = None,
+    telemetry: bool = True,
 ) -> Rollout:
     """Returns the run of a network under a law."""
-    log, failure, interrupted = _Log(len(inputs)), None, False
+    log, failure = _Log(len(inputs), telemetry), None
     try:
-        for done, period in enumerate(periods(simulation, law, network, inputs, start, tracking)):
-            if progress is not None and done:
-                progress(done, len(inputs))
+        for period in periods(simulation, law, network, inputs, start, tracking):
             log.write(period, simulation)
     except SimulationDiverged as error:
         failure = error
-    except KeyboardInterrupt:
-        interrupted = True
-    return Rollout(*log.arrays(), failure, interrupted)
+    return Rollout(*log.arrays(), failure)
 
 
 class Period(NamedTuple):
@@ -166,8 +159,8 @@ class _Level:
 class _Log:
     """Rows of a run, written as they come; only whole rows are kept."""
 
-    def __init__(self, periods: int) -> None:
-        self._size = periods + 1
+    def __init__(self, periods: int, telemetry: bool) -> None:
+        self._size, self._telemetry = periods + 1, telemetry
         self._rows = 0
         self._time = np.empty(self._size)
         self._arrays: dict[str, np.ndarray] = {}
@@ -178,7 +171,7 @@ class _Log:
         error = tracking_error(period)
         row = {"pose": state.g, "twist": state.xi, "leader_pose": tracked.g, "leader_twist": tracked.xi, "error": error}
         row["input"] = np.full((*state.g.shape[:-1], 2), np.nan) if u is None else u
-        row |= simulation.telemetry()
+        row |= simulation.telemetry() if self._telemetry else {}
         qpos = getattr(simulation, "qpos", None)
         if qpos is not None:
             row["qpos"] = qpos

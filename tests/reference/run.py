@@ -31,6 +31,8 @@ def run_reference(
     duration_periods: int | None = None,
     backend: Backend | None = None,
     nudge: float = 0.0,
+    *,
+    telemetry: bool = True,
 ) -> dict[str, np.ndarray]:
     """Returns `time` [s], the variables of `nhtrack.recording.VARIABLES`, and `qpos` where MuJoCo ran.
 
@@ -41,6 +43,7 @@ def run_reference(
         duration_periods: how many control periods to run, or None for all.
         backend: what to run on instead of the scenario's own.
         nudge: how far to move the start of every robot but the root along x [m].
+        telemetry: whether the variables that say what wheels did are wanted.
 
     Raises:
         ValueError: the scenario says `time: auto`.
@@ -49,9 +52,9 @@ def run_reference(
     experiment.start.g[1:, 0] += nudge
     names, dt = experiment.network.names, experiment.dt
     drive = reduced_models(experiment.scene)[1]
-    main = twin = experiment.rollout(IdealSimulation(names, drive, dt, experiment.scene.ground))
+    main = twin = experiment.rollout(IdealSimulation(names, drive, dt, experiment.scene.ground), telemetry)
     if (backend or scenario.backend) == "mujoco":
-        main = experiment.rollout(MujocoSimulation(make_scene(experiment.scene), dt))
+        main = experiment.rollout(MujocoSimulation(make_scene(experiment.scene), dt), telemetry)
     shared = min(len(main.time), len(twin.time))
     ideal_pose = np.full_like(main.variables["pose"], np.nan)
     ideal_pose[:shared] = twin.variables["pose"][:shared]
@@ -71,9 +74,9 @@ class Experiment:
     dt: float
     scene: SceneSpec
 
-    def rollout(self, simulation: IdealSimulation | MujocoSimulation) -> Rollout:
+    def rollout(self, simulation: IdealSimulation | MujocoSimulation, telemetry: bool) -> Rollout:
         """Returns the run of this experiment in a simulation."""
-        return rollout(simulation, self.law, self.network, self.inputs, self.start, self.tracking)
+        return rollout(simulation, self.law, self.network, self.inputs, self.start, self.tracking, telemetry)
 
 
 def build(scenario: schema.Scenario, periods: int | None = None) -> Experiment:

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+import json
 import os
 import subprocess
 import sys
-from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
 
@@ -20,52 +20,49 @@ pytestmark = pytest.mark.slow
 
 MODELS = Path(__file__).resolve().parents[2] / "models"
 COLOURS = {"blue": (0.0, 0.45, 0.70), "orange": (0.84, 0.37, 0.0), "green": (0.0, 0.62, 0.45)}
-ABOVE, ASIDE = 400, 240  # [pixels] height of the pictures from above and aside
+SIDE = 400  # [pixels] of the pictures, which are square
 REACH = 0.06  # [m] of nh_mini: places and cameras are scaled by a robot's reach over this one
 TURN = 0.5  # [rad] of the wheel, no multiple of the period of three to nine spokes
 
-# Drawn in a process of its own: MuJoCo binds its OpenGL at import, and other tests may have imported it.
+# Draws all robots in a process of its own: MuJoCo binds its OpenGL at import, and other tests may have imported it. The
+# script of the first picture is the first to ask for OpenGL, as it is when it runs alone.
 DRAW = """
-import sys
-from nhtrack import gl
-gl.choose_backend()
+import json, runpy, sys
+models, out, side, turn, colours, robots = map(json.loads, sys.argv[1:])
+for name in robots:
+    sys.argv = ["picture.py", f"{out}/{name}.png"]
+    runpy.run_path(f"{models}/{name}/picture.py", run_name="__main__")
 import mujoco, numpy as np
 from dm_control import mjcf
-models, name, out = sys.argv[1:4]
-colours = np.array(sys.argv[4].split(","), float).reshape(-1, 3)
-radius, scale, height, turn, *centre = (float(value) for value in sys.argv[5:11])
-arena = mjcf.from_path(f"{models}/arena/scene.xml")
-for index, colour in enumerate(colours):
-    robot = mjcf.from_path(f"{models}/{name}/robot.xml")
-    robot.model = f"r{index}"
-    robot.find("joint", "root").remove()
-    robot.find("material", "accent").rgba = (*colour, 1)
-    frame = arena.attach(robot)
-    frame.pos = (0.1 * scale, (0.125 - 0.25 * index) * scale, radius)
-    frame.add("freejoint", name="root")
-fovy = 2 * np.degrees(np.arctan(scale / 2 / height))
-arena.worldbody.add("camera", name="above", mode="fixed", pos=(0, 0, height), xyaxes=(1, 0, 0, 0, 1, 0), fovy=fovy)
-overhead = dict(mode="fixed", xyaxes=(1, 0, 0, 0, 1, 0), fovy=2 * np.degrees(np.arctan(0.1 * scale / height)))
-place = (0.1 * scale + centre[0], -0.125 * scale + centre[1], height)
-arena.worldbody.add("camera", name="overhead", pos=place, **overhead)
-aside = dict(mode="fixed", pos=(0.1 * scale, 0.6 * scale, 0.06 * scale), xyaxes=(-1, 0, 0, 0, 0.05, 1), fovy=20)
-arena.worldbody.add("camera", name="aside", **aside)
-model = mujoco.MjModel.from_xml_string(arena.to_xml_string(), arena.get_assets())
-data = mujoco.MjData(model)
-pictures = {}
-def draw(key, camera, size):
-    mujoco.mj_forward(model, data)
-    with mujoco.Renderer(model, *size) as renderer:
-        renderer.update_scene(data, camera)
-        pictures[key] = renderer.render().copy()
-draw("above", "above", (400, 400))
-draw("overhead", "overhead", (120, 120))
-draw("chase", "r0/chase", (480, 640))
-draw("onboard", "r2/onboard", (240, 320))
-draw("aside", "aside", (240, 320))
-data.joint("r0/left_wheel").qpos[0] = turn
-draw("aside_turned", "aside", (240, 320))
-np.savez(out, **pictures)
+for name, (radius, scale, height, *centre) in robots.items():
+    arena = mjcf.from_path(f"{models}/arena/scene.xml")
+    arena.visual.quality.shadowsize = 1024
+    for index, colour in enumerate(colours):
+        robot = mjcf.from_path(f"{models}/{name}/robot.xml")
+        robot.model = f"r{index}"
+        robot.find("joint", "root").remove()
+        robot.find("material", "accent").rgba = (*colour, 1)
+        frame = arena.attach(robot)
+        frame.pos = (0.1 * scale, (0.125 - 0.25 * index) * scale, radius)
+        frame.add("freejoint", name="root")
+    above, overhead = (2 * np.degrees(np.arctan(half * scale / height)) for half in (0.5, 0.1))
+    over = (0.1 * scale + centre[0], -0.125 * scale + centre[1], height)
+    for camera, pos, xyaxes, fovy in (
+        ("above", (0, 0, height), (1, 0, 0, 0, 1, 0), above),
+        ("overhead", over, (1, 0, 0, 0, 1, 0), overhead),
+        ("aside", (0.1 * scale, 0.6 * scale, 0.06 * scale), (-1, 0, 0, 0, 0.05, 1), 20),
+    ):
+        arena.worldbody.add("camera", name=camera, mode="fixed", pos=pos, xyaxes=xyaxes, fovy=fovy)
+    model = mujoco.MjModel.from_xml_string(arena.to_xml_string(), arena.get_assets())
+    data = mujoco.MjData(model)
+    pictures = {}
+    with mujoco.Renderer(model, side, side) as renderer:
+        for key in ("above", "overhead", "r0/chase", "r2/onboard", "aside", "aside_turned"):
+            data.joint("r0/left_wheel").qpos[0] = turn * (key == "aside_turned")
+            mujoco.mj_forward(model, data)
+            renderer.update_scene(data, key.removesuffix("_turned"))
+            pictures[key.split("/")[-1]] = renderer.render().copy()
+    np.savez(f"{out}/{name}.npz", **pictures)
 """
 
 
@@ -83,7 +80,7 @@ class Seen(NamedTuple):
     @property
     def pixels_per_metre(self) -> float:
         """At floor level in the picture from above, whose side is `scale` metres."""
-        return ABOVE / self.scale
+        return SIDE / self.scale
 
     def place(self, index: int) -> tuple[float, float]:
         """Where the axle midpoint of a robot is [m]."""
@@ -104,36 +101,35 @@ def measure(name: str) -> tuple[float, float, np.ndarray, float]:
 
 
 @pytest.fixture(scope="module")
-def see(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], Seen]:
-    """Draws three of a robot, each robot once."""
-    seen: dict[str, Seen] = {}
-
-    def look(name: str) -> Seen:
-        if name not in seen:
-            radius, half_separation, hull, top = measure(name)
-            scale = float(np.abs(hull).max()) / REACH
-            height = min(3 * scale, 12.0)  # farther away the arena is haze
-            out = tmp_path_factory.mktemp("pictures") / f"{name}.npz"
-            colours = ",".join(str(value) for colour in COLOURS.values() for value in colour)
-            sizes = (radius, scale, height, TURN, *hull.mean(axis=0))
-            run("-c", DRAW, str(MODELS), name, str(out), colours, *(str(float(size)) for size in sizes))
-            with np.load(out) as arrays:
-                pictures = {key: arrays[key] / 255 for key in arrays.files}
-            seen[name] = Seen(radius, half_separation, hull, top, scale, height, pictures)
-        return seen[name]
-
-    return look
-
-
-@pytest.fixture(params=assets.robots())
-def seen(request: pytest.FixtureRequest, see: Callable[[str], Seen]) -> Seen:
-    return see(request.param)
-
-
-def run(*arguments: str) -> None:
-    """Runs Python in a process that may choose its OpenGL."""
+def drawn(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with every robot's picture of the readme, and its pictures for `Seen`."""
+    out = tmp_path_factory.mktemp("pictures")
+    sizes = {}
+    for name in assets.robots():
+        radius, _, hull, _ = measure(name)
+        sizes[name] = (radius, *frame(hull), *hull.mean(axis=0))
+    arguments = (str(MODELS), str(out), SIDE, TURN, list(COLOURS.values()), sizes)
     environment = {key: value for key, value in os.environ.items() if key != "MUJOCO_GL"}
-    subprocess.run([sys.executable, *arguments], env=environment, check=True)
+    subprocess.run([sys.executable, "-c", DRAW, *map(json.dumps, arguments)], env=environment, check=True)
+    return out
+
+
+def frame(hull: np.ndarray) -> tuple[float, float]:
+    """Returns how much larger than nh_mini's a robot's scene is, and how high its cameras are [m]."""
+    scale = float(np.abs(hull).max()) / REACH
+    return scale, min(3 * scale, 12.0)  # farther away the arena is haze
+
+
+def look(drawn: Path, name: str) -> Seen:
+    radius, half_separation, hull, top = measure(name)
+    with np.load(drawn / f"{name}.npz") as arrays:
+        pictures = {key: arrays[key] / 255 for key in arrays.files}
+    return Seen(radius, half_separation, hull, top, *frame(hull), pictures)
+
+
+@pytest.fixture(scope="module", params=assets.robots())
+def seen(request: pytest.FixtureRequest, drawn: Path) -> Seen:
+    return look(drawn, request.param)
 
 
 def of_colour(picture: np.ndarray, colour: tuple[float, float, float]) -> np.ndarray:
@@ -144,7 +140,6 @@ def of_colour(picture: np.ndarray, colour: tuple[float, float, float]) -> np.nda
 
 
 def test_a_picture_is_a_picture(seen: Seen) -> None:
-    assert seen.pictures["chase"].shape == (480, 640, 3)
     for name, picture in seen.pictures.items():
         assert picture.std() > 0.03, name
 
@@ -155,7 +150,7 @@ def test_every_robot_wears_its_own_colour(seen: Seen) -> None:
         mask = of_colour(seen.pictures["above"], colour)
         area = mask.sum() / seen.pixels_per_metre**2
         rows, _ = np.nonzero(mask)
-        y = ((ABOVE - 1) / 2 - rows.mean()) / seen.pixels_per_metre
+        y = ((SIDE - 1) / 2 - rows.mean()) / seen.pixels_per_metre
         assert 0.05 < area / (length * width) < 0.9, name
         expected = seen.place(index)[1]
         outward = abs(expected) * seen.top / (seen.height - seen.top)  # by which the robot's top is seen displaced
@@ -164,7 +159,7 @@ def test_every_robot_wears_its_own_colour(seen: Seen) -> None:
 
 def test_the_heading_can_be_told_from_afar(seen: Seen) -> None:
     """A robot of some ten pixels wears a mark, whiter than all else along its middle, ahead of its centre."""
-    coarse = seen.pictures["overhead"].reshape(20, 6, 20, 6, 3).mean(axis=(1, 3))  # 0.2 of the scale, the hull's centre
+    coarse = seen.pictures["overhead"].reshape(20, 20, 20, 20, 3).mean(axis=(1, 3))  # 0.2 of the scale
     places = (np.arange(20) - 9.5) * 0.01 * seen.scale
     middle = np.abs(places) < seen.half_separation / 2
     inside = np.abs(places) < np.ptp(seen.hull[:, 0]) / 2 - 0.01 * seen.scale  # by a pixel: no floor
@@ -178,16 +173,15 @@ def test_a_turning_wheel_is_seen_to_turn(seen: Seen) -> None:
     changed = change > 0.2
     rows, columns = np.nonzero(changed)
     distance = 0.475 * seen.scale - seen.half_separation
-    wheel = 2 * seen.radius * ASIDE / (2 * distance * np.tan(np.radians(10)))  # [pixels] across
+    wheel = 2 * seen.radius * SIDE / (2 * distance * np.tan(np.radians(10)))  # [pixels] across
     assert changed.sum() > 0.02 * np.pi / 4 * wheel**2
     assert np.ptp(rows) < wheel + 2  # nothing but the wheel
     assert np.ptp(columns) < wheel + 2
 
 
 @pytest.mark.parametrize("name", assets.robots())
-def test_the_picture_in_the_readme_can_be_drawn_again(name: str, tmp_path: Path) -> None:
-    run(str(MODELS / name / "picture.py"), str(tmp_path / "again.png"))
-    again, kept = iio.imread(tmp_path / "again.png"), iio.imread(MODELS / name / f"{name}.png")
+def test_the_picture_in_the_readme_can_be_drawn_again(name: str, drawn: Path) -> None:
+    again, kept = iio.imread(drawn / f"{name}.png"), iio.imread(MODELS / name / f"{name}.png")
     assert again.shape == kept.shape == (405, 720, 3)
     assert np.abs(again.astype(float) - kept).mean() < 5  # of 255: same view, same light, whichever driver
 
@@ -195,8 +189,8 @@ def test_the_picture_in_the_readme_can_be_drawn_again(name: str, tmp_path: Path)
 # nh_mini --------------------------------------------------------------------------------------------------------------
 
 
-def test_the_arrow_of_nh_mini_is_white_and_ahead(see: Callable[[str], Seen]) -> None:
-    seen = see("nh_mini")
+def test_the_arrow_of_nh_mini_is_white_and_ahead(drawn: Path) -> None:
+    seen = look(drawn, "nh_mini")
     coarse = seen.pictures["above"].reshape(80, 5, 80, 5, 3).mean(axis=(1, 3))  # a robot is 10 pixels long
     for index in range(3):
         x, y = seen.place(index)
@@ -211,8 +205,8 @@ def test_the_arrow_of_nh_mini_is_white_and_ahead(see: Callable[[str], Seen]) -> 
 # the arena ------------------------------------------------------------------------------------------------------------
 
 
-def test_grid_lines_cross_the_origin_every_half_metre(see: Callable[[str], Seen]) -> None:
-    seen = see("nh_mini")
+def test_grid_lines_cross_the_origin_every_half_metre(drawn: Path) -> None:
+    seen = look(drawn, "nh_mini")
     assert seen.scale == 1.0  # a picture of one metre
     brightness = seen.pictures["above"].mean(axis=-1)
     profile = np.median(brightness[:60], axis=0)  # floor only: y > 0.35 m

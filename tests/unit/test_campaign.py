@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import shutil
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -269,35 +271,55 @@ def test_the_worst_run_is_a_lost_one_then_the_farthest_then_the_slowest() -> Non
 # -- the work ---------------------------------------------------------------------------------------
 
 
+TUNED = "tuning={laws: [k], budget: 8, starts: 2}"
+
+
+class Here:
+    """Does the work of campaigns in this process; keeps the files written, in the order of the work."""
+
+    def __init__(self) -> None:
+        self.files: list[Path] = []
+
+    def __call__(self, tasks: list[campaigns.Part], work: Callable[[campaigns.Part], None], *_: object) -> None:
+        for task in tasks:
+            self.files.append(task.path)
+            work(task)
+
+
 @pytest.fixture(scope="module")
 def done(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Returns the folder of a campaign that was run."""
     folder = tmp_path_factory.mktemp("campaign")
-    run_campaign(case(folder), folder / "out", processes=2)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(campaigns, "_all", Here())
+        run_campaign(case(folder, TUNED), folder / "out")
     return folder
 
 
+@pytest.fixture
+def asked(monkeypatch: pytest.MonkeyPatch) -> list[Path]:
+    """Returns the files that campaigns write, as they write them."""
+    here = Here()
+    monkeypatch.setattr(campaigns, "_all", here)
+    return here.files
+
+
 @pytest.mark.slow
-def test_a_campaign_goes_on_where_it_was_left(done: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_campaign_goes_on_where_it_was_left(done: Path, asked: list[Path]) -> None:
     out = done / "out"
     runs, cells = (out / "runs.parquet").read_bytes(), (out / "cells.csv").read_bytes()
     parts = sorted((out / "parts").iterdir())
     assert len(parts) == 4
     parts[1].unlink()
     (out / "runs.parquet").unlink()
-    asked: list[Path] = []
-
-    def counted(tasks: list[campaigns.Part], work: object, *_: object) -> None:
-        for part in tasks:
-            asked.append(part.path)
-            campaigns.run_part(part)
-
-    monkeypatch.setattr(campaigns, "_all", counted)
-    results = run_campaign(case(done), out)
+    results = run_campaign(case(done, TUNED), out)
     assert asked == [parts[1]]
     assert (out / "runs.parquet").read_bytes() == runs
     assert (out / "cells.csv").read_bytes() == cells
     assert len(results.runs) == 24
+    assert results.cells[["law", "family"]].values.tolist() == [
+        ["universal", "sinus"], ["universal", "random"], ["k", "sinus"], ["k", "random"],
+    ]  # fmt: skip
     assert set(results.worst) == {"universal", "k"}
 
 
@@ -314,7 +336,7 @@ def test_the_worst_run_again_has_the_figures_of_the_table(done: Path) -> None:
 @pytest.mark.slow
 def test_another_campaign_is_not_mixed_in(done: Path, tmp_path: Path) -> None:
     with pytest.raises(CampaignError, match="another campaign"):
-        run_campaign(case(done, "starts.seed=4"), done / "out")
+        run_campaign(case(done, TUNED, "starts.seed=4"), done / "out")
     (tmp_path / "full").mkdir()
     (tmp_path / "full" / "letter.txt").write_text("dear")
     with pytest.raises(CampaignError, match="holds no campaign"):
@@ -323,23 +345,24 @@ def test_another_campaign_is_not_mixed_in(done: Path, tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_gains_are_tuned_once_and_taken_over(tmp_path: Path) -> None:
-    tuning = "tuning={laws: [k], budget: 8, starts: 2}"
-    plain = ("families=[sinus]", "starts.count=2", tuning)
-    first = run_campaign(case(tmp_path, *plain), tmp_path / "first", processes=1)
-    (account,) = (tmp_path / "first" / "tuning").glob("*.json")
-    gains = json.loads(account.read_text())["gains"]
-    shown = dict(item.split("=") for item in first.cells[first.cells["law"] == "k"]["gains"].iloc[0].split())
-    assert {name: float(value) for name, value in shown.items()} == gains
-    assert load_text((tmp_path / "first" / "worst" / "k.yaml").read_text()).law.model_dump().items() >= gains.items()
-    account.write_text(json.dumps({"gains": gains | {"k_x": 7.0}}))
-    second = run_campaign(
-        case(tmp_path, *plain, "starts.seed=8"), tmp_path / "second", processes=1, tuned_by=tmp_path / "first"
-    )
-    assert "k_x=7 " in second.cells[second.cells["law"] == "k"]["gains"].iloc[0]
-    other = case(tmp_path, "families=[rest]", "duration=20", tuning)
+def test_gains_are_tuned_once_and_taken_over(done: Path, tmp_path: Path, asked: list[Path]) -> None:
+    first = Path(shutil.copytree(done / "out", tmp_path / "first"))
+    cells = pd.read_csv(first / "cells.csv").set_index(["law", "family"])
+    for family in ("sinus", "random"):
+        account = first / "tuning" / f"k-{family}.json"
+        gains = json.loads(account.read_text())["gains"]
+        shown = dict(item.split("=") for item in cells.loc[("k", family), "gains"].split())
+        assert {name: float(value) for name, value in shown.items()} == gains
+        account.write_text(json.dumps({"gains": gains | {"k_x": 7.0}}))
+    other = case(tmp_path, TUNED, "starts={count: 1, seed: 8}")
+    second = run_campaign(other, tmp_path / "second", tuned_by=first)
+    taken = second.cells.set_index("law").loc["k", "gains"]
+    assert all("k_x=7 " in gains for gains in taken)
+    assert load_text(second.worst["k"].read_text()).law.k_x == 7.0
+    assert {path.parent.name for path in asked} == {"parts"}
+    other = case(tmp_path, TUNED, "families=[rest]", "duration=20")
     with pytest.raises(CampaignError, match=r"duration, families differ"):
-        run_campaign(other, tmp_path / "third", tuned_by=tmp_path / "first")
+        run_campaign(other, tmp_path / "third", tuned_by=first)
 
 
 @pytest.mark.slow
@@ -352,12 +375,12 @@ def test_auto_takes_the_time_that_every_family_needs(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_universal_converges_in_the_small_campaign(tmp_path: Path) -> None:
-    whole = load_campaign("campaign/small")
-    small = whole.model_copy(update={"laws": {"universal": whole.laws["universal"]}, "tuning": None})
-    results = run_campaign(small, tmp_path / "out", processes=2)
-    assert results.cells["family"].tolist() == ["rest", "sinus", "forward-reverse", "random"]
-    assert (results.cells["share"] == 1).all()
-    assert (results.cells["lost"] == 0).all()
-    assert (results.cells["saturated_share"] == 0).all()
-    assert results.cells["utilisation_max"].max() < 0.5
+def test_universal_converges_in_the_small_campaign() -> None:
+    small = load_campaign("campaign/small")
+    assert small.family_names == ("rest", "sinus", "forward-reverse", "random")
+    for family in small.family_names:
+        found = measure(Cell(small, "universal", family), slice(0, 10))
+        assert found["converged"].all()
+        assert not found["lost"].any()
+        assert (found["saturated"] == 0).all()
+        assert found["peak_utilisation"].max() < 0.5

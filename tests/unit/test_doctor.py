@@ -42,31 +42,24 @@ def test_no_opengl_is_a_failed_check_with_a_remedy(monkeypatch):
 
 
 @pytest.mark.usefixtures("_drawing")
-def test_broken_ffmpeg(monkeypatch):
-    monkeypatch.setenv("IMAGEIO_FFMPEG_EXE", "/nonexistent/ffmpeg")
+@pytest.mark.parametrize(
+    ("program", "detail", "remedy"),
+    [(None, "no working ffmpeg", "install the Debian package ffmpeg"), ("mpeg4", "has no libx264", "")],
+)
+def test_broken_ffmpeg(monkeypatch, tmp_path, program, detail, remedy):
+    path = tmp_path / "ffmpeg"
+    if program is not None:
+        path.write_text(f"#!/bin/sh\necho ' V..... {program}'\n")
+        path.chmod(0o755)
+    monkeypatch.setenv("IMAGEIO_FFMPEG_EXE", str(path))
     encode.find_encoder.cache_clear()
     try:
         check = by_name(doctor.report())["ffmpeg"]
     finally:
         encode.find_encoder.cache_clear()
     assert not check.ok
-    assert check.detail == "no working ffmpeg"
-    assert "install the Debian package ffmpeg" in check.remedy
-
-
-@pytest.mark.usefixtures("_drawing")
-def test_ffmpeg_without_h264(monkeypatch, tmp_path):
-    program = tmp_path / "ffmpeg"
-    program.write_text("#!/bin/sh\necho ' V..... mpeg4'\n")
-    program.chmod(0o755)
-    monkeypatch.setenv("IMAGEIO_FFMPEG_EXE", str(program))
-    encode.find_encoder.cache_clear()
-    try:
-        check = by_name(doctor.report())["ffmpeg"]
-    finally:
-        encode.find_encoder.cache_clear()
-    assert not check.ok
-    assert "has no libx264" in check.detail
+    assert detail in check.detail
+    assert remedy in check.remedy
 
 
 @pytest.mark.usefixtures("_drawing")

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import assume, given
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 import tolerances as tol
@@ -99,6 +99,7 @@ rates = st.tuples(*(st.floats(-bound, bound) for bound in (1.0, 10.0, 3.0, 30.0)
 slopes = st.floats(0.0, 1.0)  # of the friction angle: on a steeper one nothing holds
 
 
+@settings(max_examples=50)
 @given(rates, st.floats(0.05, 1.5), slopes, st.floats(-4.0, 4.0))
 def test_sped_up_by_its_largest_factor_a_motion_stands_at_its_limit(
     drive: DiffDrive, rate: tuple[float, float, float, float], friction: float, share: float, theta: float
@@ -144,6 +145,7 @@ def test_rounding_goes_up_and_keeps_four_digits() -> None:
     assert rounded_up(123456.0) == 123500.0
 
 
+@settings(max_examples=50)
 @given(st.floats(1e-6, 1e9))
 def test_a_rounded_time_is_never_smaller_and_hardly_larger(value: float) -> None:
     assert value <= rounded_up(value) <= value * (1 + 1.0001e-3)

@@ -100,41 +100,20 @@ def test_late_rows_are_the_last_fifteen_per_cent_of_the_time(time: np.ndarray, f
 # -- settling ---------------------------------------------------------------------------------------
 
 
-def test_settling_time_is_the_last_entry_into_five_per_cent() -> None:
-    """In the band at rows 4 and 5, out again at 6, in for good from row 8."""
-    x = np.full(21, 0.04)
-    x[:4], x[6:8] = 1.0, 0.06
-    np.testing.assert_array_equal(settling_times(with_error(x)), [np.nan, 8 * 0.5])
-
-
-def test_settling_counts_the_edge_of_the_band_as_inside() -> None:
-    x = np.full(21, 0.25)
-    x[0] = 5.0
-    assert settling_times(with_error(x))[1] == 0.5
-
-
-def test_settling_band_is_of_the_largest_error_not_the_first() -> None:
-    x = np.full(21, 0.09)
-    x[0], x[3] = 1.0, 2.0
-    assert settling_times(with_error(x))[1] == 4 * 0.5
-
-
-def test_a_run_that_is_outside_at_its_end_has_not_settled() -> None:
-    x = np.full(21, 0.01)
-    x[0], x[-1] = 1.0, 0.06
-    assert np.isnan(settling_times(with_error(x))[1])
-
-
-@pytest.mark.parametrize(("row", "expected"), [(17, 8.5), (18, math.nan)])
-def test_an_error_that_dips_into_the_band_late_has_not_settled(row: int, expected: float) -> None:
-    """Inside from the first late row on, 8.5 s, or from one row later."""
-    x = np.full(21, 1.0)
-    x[row:] = 0.05
-    np.testing.assert_array_equal(settling_times(with_error(x))[1], expected)
-
-
-def test_a_follower_without_error_has_settled_at_once() -> None:
-    assert settling_times(with_error(np.zeros(21)))[1] == 0.0
+@pytest.mark.parametrize(
+    ("x", "expected"),
+    [
+        pytest.param(4 * [1.0] + 2 * [0.04] + 2 * [0.06] + 13 * [0.04], 4.0, id="the last entry into five per cent"),
+        pytest.param([5.0] + 20 * [0.25], 0.5, id="the edge of the band is inside"),
+        pytest.param([1.0, 0.09, 0.09, 2.0] + 17 * [0.09], 2.0, id="of the largest error, not of the first"),
+        pytest.param([1.0] + 19 * [0.01] + [0.06], math.nan, id="outside at its end"),
+        pytest.param(17 * [1.0] + 4 * [0.05], 8.5, id="from the first late row on"),
+        pytest.param(18 * [1.0] + 3 * [0.05], math.nan, id="from one row later"),
+        pytest.param(21 * [0.0], 0.0, id="without error"),
+    ],
+)
+def test_settling_time(x: list[float], expected: float) -> None:
+    np.testing.assert_array_equal(settling_times(with_error(np.array(x))), [np.nan, expected])
 
 
 def test_settling_times_are_told_apart() -> None:

@@ -545,15 +545,12 @@ def test_a_sideways_push_slides_nh_mini_before_it_tips(nh_mini: Robot) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("share", "lifts"), [(1.0, False), (1.05, False), (1.15, True)])
-def test_full_braking_leaves_the_caster_of_nh_mini_on_the_floor(
-    nh_mini: Robot, mjcf: ModuleType, share: float, lifts: bool
-) -> None:
+def test_full_braking_leaves_the_caster_of_nh_mini_on_the_floor(nh_mini: Robot, mjcf: ModuleType) -> None:
     """The caster lifts at 4.00 / 3.67 = 1.09 of the torque limit, and not before."""
     limit = nh_mini.model.actuator("left_motor").ctrlrange[1]
     trio = three_of(nh_mini, mjcf)
-    state = driven(trio, -share * limit)  # past the motor's own limit
-    assert casters_on_floor(trio, state) == (0 if lifts else 3)
+    assert casters_on_floor(trio, driven(trio, -1.05 * limit)) == 3  # past the motor's own limit
+    assert casters_on_floor(trio, driven(trio, -1.15 * limit)) == 0
 
 
 # burger ---------------------------------------------------------------------------------------------------------------
@@ -606,27 +603,20 @@ def test_the_floor_gives_way_long_before_the_servos_of_burger(burger: Robot) -> 
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("share", "lifts"), [(0.97, False), (1.03, True)])
-def test_braking_lifts_the_caster_of_burger(burger: Robot, mjcf: ModuleType, share: float, lifts: bool) -> None:
+def test_braking_lifts_the_caster_of_burger_and_accelerating_spins_its_wheels(burger: Robot, mjcf: ModuleType) -> None:
     trio = three_of(burger, mjcf)
-    state = driven(trio, -share * torque_for(burger, lifting_braking(burger)))
-    assert casters_on_floor(trio, state) == (0 if lifts else 3)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(("share", "spins"), [(0.97, False), (1.03, True)])
-def test_accelerating_spins_the_wheels_of_burger(burger: Robot, mjcf: ModuleType, share: float, spins: bool) -> None:
-    trio = three_of(burger, mjcf)
-    state = driven(trio, share * torque_for(burger, spinning_forward(burger)))
-    slip = [
-        burger.radius * state.joint(f"{name}/left_wheel").qvel[0] - np.hypot(*state.joint(f"{name}/root/").qvel[:2])
-        for name in ("r0", "r1", "r2")
-    ]
-    assert casters_on_floor(trio, state) == 3
-    if spins:  # [m/s] after 50 ms; what the regularised friction lets creep is a thousand times less
-        assert min(slip) > 1e-2
-    else:
-        assert np.abs(slip).max() < 1e-5
+    lifting, spinning = (torque_for(burger, limit(burger)) for limit in (lifting_braking, spinning_forward))
+    assert casters_on_floor(trio, driven(trio, -0.97 * lifting)) == 3
+    assert casters_on_floor(trio, driven(trio, -1.03 * lifting)) == 0
+    slips = []
+    for share in (0.97, 1.03):
+        state = driven(trio, share * spinning)
+        rims = burger.radius * np.array([state.joint(f"{name}/left_wheel").qvel[0] for name in ("r0", "r1", "r2")])
+        slips.append(rims - [np.hypot(*state.joint(f"{name}/root/").qvel[:2]) for name in ("r0", "r1", "r2")])
+        assert casters_on_floor(trio, state) == 3
+    # [m/s] after 50 ms; what the regularised friction lets creep is a thousand times less
+    assert np.abs(slips[0]).max() < 1e-5
+    assert slips[1].min() > 1e-2
 
 
 # the arena ------------------------------------------------------------------------------------------------------------

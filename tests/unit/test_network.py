@@ -5,7 +5,7 @@ from __future__ import annotations
 import networkx as nx
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from nhtrack.network import Network, NetworkError, network_faults
@@ -39,6 +39,7 @@ def test_the_root_comes_first_wherever_it_stands() -> None:
     assert network.parents == ((), (2,), (0,))
 
 
+@settings(max_examples=50)
 @given(networks())
 def test_levels_are_longest_ways_from_the_root(parents: dict[str, list[str]]) -> None:
     network = Network.from_parents(parents)
@@ -51,6 +52,7 @@ def test_levels_are_longest_ways_from_the_root(parents: dict[str, list[str]]) ->
         assert level_of[name] == max((len(way) - 1 for way in ways), default=0)
 
 
+@settings(max_examples=50)
 @given(networks(), st.randoms(use_true_random=False))
 def test_the_order_of_the_file_changes_names_not_relations(parents: dict[str, list[str]], random: object) -> None:
     shuffled = list(parents)

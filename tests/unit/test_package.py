@@ -54,21 +54,18 @@ def unpacked_wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder / "site"
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("folder", ["models", "scenarios", "examples"])
-def test_wheel_carries_every_file(unpacked_wheel: Path, folder: str) -> None:
-    in_checkout = {path.relative_to(ROOT) for path in ROOT.joinpath(folder).rglob("*") if path.is_file()}
-    bundled = unpacked_wheel / "nhtrack" / "_bundled"
-    in_wheel = {path.relative_to(bundled) for path in bundled.joinpath(folder).rglob("*") if path.is_file()}
-    assert in_wheel == {path for path in in_checkout if "__pycache__" not in path.parts}
-    assert in_wheel
+def files_in(folder: Path) -> set[Path]:
+    paths = {path.relative_to(folder) for path in folder.rglob("*") if path.is_file()}
+    assert paths
+    return {path for path in paths if "__pycache__" not in path.parts}
 
 
 @pytest.mark.slow
-def test_wheel_carries_what_reports_are_made_of(unpacked_wheel: Path) -> None:
-    wanted = {path.name for path in ROOT.joinpath("src/nhtrack/report/assets").iterdir()}
-    assert {path.name for path in unpacked_wheel.joinpath("nhtrack/report/assets").iterdir()} == wanted
-    assert wanted
+def test_wheel_carries_every_file(unpacked_wheel: Path) -> None:
+    package = unpacked_wheel / "nhtrack"
+    for folder in ("models", "scenarios", "examples"):
+        assert files_in(package / "_bundled" / folder) == files_in(ROOT / folder)
+    assert files_in(package / "report" / "assets") == files_in(ROOT / "src/nhtrack/report/assets")
 
 
 @pytest.mark.slow

@@ -206,22 +206,28 @@ def test_nobody_collides_on_the_way_into_the_diamond():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", TARGETS)
-def test_followers_end_near_their_places_on_wheels(name: str):
-    scenario = load(name)
+@pytest.mark.parametrize(
+    ("name", "changes"),
+    [("paper/example4", ["duration=2"]), ("paper/example5", []), ("stress/formation64", ["duration=1"])],
+)
+def test_wheels_hold_and_go_where_the_ideal_model_goes(name: str, changes: list[str]):
+    """Robots ask most of their wheels in the beginning; one run is whole."""
+    scenario = load(name, changes)
     outcome = simulate(scenario)
     recording, figures = outcome.recording, summary(outcome.recording)
     assert recording.outcome == "completed"
-    assert outcome.summary["warnings"] == []
-    path = figures["robots"]["robot0"]["path_length"]
-    for follower in figures["followers"].values():
-        assert follower["late_position_error"] <= TARGETS[name] * path
+    assert outcome.summary["events"] == []
     for robot in figures["robots"].values():
-        assert robot["gap_position_rms"] <= 1e-3
+        assert robot["gap_position_max"] <= 1e-3
         assert max(robot["peak_utilisation"], robot["peak_utilisation_predicted"]) <= 0.7
         assert robot["torque_saturation_share"] == 0
     if scenario.physics.robot_contact:
         assert smallest_separation(recording).distance > HULL
+    if not changes:
+        assert outcome.summary["warnings"] == []
+        path = figures["robots"]["robot0"]["path_length"]
+        for follower in figures["followers"].values():
+            assert follower["late_position_error"] <= TARGETS[name] * path
 
 
 # -- the wedge of 64 -------------------------------------------------------------------------------
@@ -249,13 +255,3 @@ def test_the_wedge_closes_up_without_a_collision_on_the_ideal_model():
     assert distance[0].max() > 0.3
     assert distance[int(0.85 * len(run.time)) :].max() < 0.05
     assert min(pdist(row).min() for row in run.variables["pose"][::10, :, :2]) > HULL
-
-
-@pytest.mark.slow
-def test_the_wedge_drives_on_wheels():
-    outcome = simulate(load("stress/formation64", ["duration=4"]))
-    assert outcome.recording.outcome == "completed"
-    for robot in outcome.summary["robots"].values():
-        assert robot["gap_position_max"] <= 1e-3
-        assert robot["peak_utilisation"] <= 0.7
-        assert robot["torque_saturation_share"] == 0

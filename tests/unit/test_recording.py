@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import re
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +17,7 @@ from nhtrack.files.atomic import atomic_path
 from nhtrack.recording import FORMAT_VERSION, VARIABLES, Recording, make_recording
 
 ROBOTS = ("leader", "follower")
+SOME = ("leader_pose", "tilt", "wheel_torque")
 ATTRIBUTES: dict[str, Any] = {
     "name": "example1",
     "backend": "mujoco",
@@ -30,13 +32,13 @@ ATTRIBUTES: dict[str, Any] = {
 }
 
 
-def sample(times: int = 5, **changes: Any) -> Recording:
+def sample(times: int = 5, names: Iterable[str] = VARIABLES, **changes: Any) -> Recording:
     """A recording with every variable, random bits, NaN for the root, infinities, -0.0 and denormals."""
     random = np.random.default_rng(0)
     components = {"pose_component": 3, "twist_component": 3, "input_component": 2, "wheel": 2}
     variables = {}
-    for name, spec in VARIABLES.items():
-        values = random.standard_normal((times, len(ROBOTS), *(components[dim] for dim in spec.dims)))
+    for name in names:
+        values = random.standard_normal((times, len(ROBOTS), *(components[dim] for dim in VARIABLES[name].dims)))
         variables[name] = values
     variables["leader_pose"][:, 0] = np.nan
     variables["tilt"][:4, 1] = [np.inf, -np.inf, -0.0, 5e-324][:times]  # what text formats lose
@@ -56,29 +58,36 @@ def assert_same_bits(actual: xr.Dataset, expected: xr.Dataset) -> None:
             assert actual[name].values.tobytes() == expected[name].values.tobytes()
 
 
-def test_every_bit_comes_back(tmp_path: Path) -> None:
-    before = sample()
-    after = Recording.load(before.save(tmp_path / "deep" / "er" / "recording.nc"))
-    assert_same_bits(after.dataset, before.dataset)
-    assert after.dataset.attrs == before.dataset.attrs
+@pytest.fixture(scope="module")
+def loaded(tmp_path_factory: pytest.TempPathFactory) -> Recording:
+    return Recording.load(sample().save(tmp_path_factory.mktemp("deep") / "er" / "recording.nc"))
 
 
-def test_loaded_twice_and_saved_again_is_the_same(tmp_path: Path) -> None:
-    first = Recording.load(sample().save(tmp_path / "a.nc"))
-    second = Recording.load(first.save(tmp_path / "b.nc"))
-    assert_same_bits(second.dataset, first.dataset)
+@pytest.fixture(scope="module")
+def small(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Returns the file of a recording with few variables, which takes less time to write and to read."""
+    return sample(names=SOME).save(tmp_path_factory.mktemp("small") / "recording.nc")
 
 
-@pytest.mark.parametrize("times", [0, 1])
-def test_run_that_ended_at_once_is_a_recording_too(tmp_path: Path, times: int) -> None:
-    before = sample(times, outcome="interrupted")
+def test_every_bit_comes_back(loaded: Recording) -> None:
+    assert_same_bits(loaded.dataset, sample().dataset)
+    assert loaded.dataset.attrs == sample().dataset.attrs
+
+
+def test_loaded_twice_and_saved_again_is_the_same(loaded: Recording, tmp_path: Path) -> None:
+    again = Recording.load(loaded.save(tmp_path / "recording.nc"))
+    assert_same_bits(again.dataset, loaded.dataset)
+
+
+def test_run_that_ended_at_once_is_a_recording_too(tmp_path: Path) -> None:
+    before = sample(0, SOME, outcome="interrupted")
     after = Recording.load(before.save(tmp_path / "recording.nc"))
     assert_same_bits(after.dataset, before.dataset)
     assert "example1" in repr(after)
 
 
-def test_properties_read_what_was_stored(tmp_path: Path) -> None:
-    recording = Recording.load(sample().save(tmp_path / "recording.nc"))
+def test_properties_read_what_was_stored(loaded: Recording) -> None:
+    recording = loaded
     assert recording.name == "example1"
     assert recording.backend == "mujoco"
     assert recording.robots == ROBOTS
@@ -115,7 +124,7 @@ def test_missing_variable_is_named_with_those_there() -> None:
 
 
 def test_newer_format_is_refused(tmp_path: Path) -> None:
-    recording = sample()
+    recording = sample(names=SOME)
     recording.dataset.attrs["format_version"] = FORMAT_VERSION + 1
     path = recording.save(tmp_path / "recording.nc")
     message = f"recording format {FORMAT_VERSION + 1}; this version reads 1 to {FORMAT_VERSION}"
@@ -138,28 +147,29 @@ def test_missing_file_is_named(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("share", [0.0, 0.001, 0.1, 0.5, 0.9, 0.999])
-def test_truncated_file_is_refused(tmp_path: Path, share: float) -> None:
-    whole = sample().save(tmp_path / "recording.nc").read_bytes()
+def test_truncated_file_is_refused(small: Path, tmp_path: Path, share: float) -> None:
+    whole = small.read_bytes()
     path = tmp_path / "cut.nc"
     path.write_bytes(whole[: int(share * len(whole))])
     with pytest.raises(RecordingError, match=re.escape(f"{path}: not a recording")):
         Recording.load(path)
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")  # of h5netcdf's half-open file
-def test_damage_is_refused_or_leaves_the_numbers_alone(tmp_path: Path) -> None:
+def test_damage_is_refused_or_leaves_the_numbers_alone(small: Path, tmp_path: Path) -> None:
     """Thirty bytes overwritten anywhere: refused as damaged, or every number is still right."""
-    before = sample()
-    whole, path = before.save(tmp_path / "recording.nc").read_bytes(), tmp_path / "damaged.nc"
+    before = sample(names=SOME)
+    whole, path = small.read_bytes(), tmp_path / "damaged.nc"
     random, refused = np.random.default_rng(0), 0
-    for start in random.integers(0, len(whole) - 30, size=25):
+    for start in random.integers(0, len(whole) - 30, size=15):
         path.write_bytes(whole[:start] + random.bytes(30) + whole[start + 30 :])
         try:
             after = Recording.load(path)
         except RecordingError:
             refused += 1
             continue
-        for name in VARIABLES:
+        for name in SOME:
             np.testing.assert_array_equal(after[name].values, before[name].values)
     assert refused > 0
 
@@ -199,7 +209,7 @@ def test_full_disk_while_saving_leaves_nothing(tmp_path: Path, monkeypatch: pyte
 
     monkeypatch.setattr(Path, "write_bytes", full)
     with pytest.raises(OSError, match="No space left"):
-        sample().save(tmp_path / "recording.nc")
+        sample(names=SOME).save(tmp_path / "recording.nc")
     assert list(tmp_path.iterdir()) == []
 
 
@@ -217,7 +227,7 @@ def test_target_appears_only_when_it_is_whole(tmp_path: Path) -> None:
 
 def test_saving_again_replaces(tmp_path: Path) -> None:
     path = tmp_path / "recording.nc"
-    sample(3).save(path)
-    sample(4).save(path)
+    sample(3, SOME).save(path)
+    sample(4, SOME).save(path)
     assert Recording.load(path).time.size == 4
     assert [entry.name for entry in tmp_path.iterdir()] == ["recording.nc"]

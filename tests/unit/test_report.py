@@ -6,6 +6,7 @@ import base64
 import errno
 import hashlib
 import json
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -111,11 +112,11 @@ def test_numbers_that_json_does_not_know_are_none() -> None:
 
 
 def test_a_crowd_becomes_a_band_around_its_median() -> None:
-    crowd = whole_recording(9, samples=9001)
+    crowd = whole_recording(9, samples=4501)
     panel = payload(crowd)["panels"][0]
     (band,) = panel["curves"]
     errors = position_error(crowd)[:, 1:]
-    assert len(band["t"]) < 9001
+    assert len(band["t"]) < 4501
     rows = np.searchsorted(crowd.time, np.array(band["t"]) - 1e-4)
     np.testing.assert_allclose(band["low"], errors.min(axis=1)[rows], rtol=DIGITS)
     np.testing.assert_allclose(band["y"], np.median(errors, axis=1)[rows], rtol=DIGITS)
@@ -146,6 +147,7 @@ def test_a_run_gone_wild_has_a_report(followers: int) -> None:
     assert "is not known to the end" in text
 
 
+@pytest.mark.slow
 def test_an_ideal_run_has_no_wheels_and_no_twin(tmp_path: Path) -> None:
     outcome = run_scenario(
         load("tour/hello", ["backend=ideal", "duration=0.5"]), tmp_path / "run", figures=False, video=False
@@ -160,17 +162,21 @@ def test_an_ideal_run_has_no_wheels_and_no_twin(tmp_path: Path) -> None:
 # Sentences ------------------------------------------------------------------------------------------------------------
 
 
+@cache
+def plain() -> dict[str, Any]:
+    return summary(whole_recording(1))
+
+
 def told(**changes: Any) -> str:
-    return " ".join(verdicts(summary(whole_recording(1)) | changes))
+    return " ".join(verdicts(plain() | changes))
 
 
 def follower(**changes: Any) -> dict[str, Any]:
-    return {"followers": {"follower": summary(whole_recording(1))["followers"]["follower"] | changes}}
+    return {"followers": {"follower": plain()["followers"]["follower"] | changes}}
 
 
 def robot(**changes: Any) -> dict[str, Any]:
-    robots = summary(whole_recording(1))["robots"]
-    return {"robots": robots | {"follower": robots["follower"] | changes}}
+    return {"robots": plain()["robots"] | {"follower": plain()["robots"]["follower"] | changes}}
 
 
 def test_a_follower_that_converged_is_told_with_when_and_how_near() -> None:
@@ -189,11 +195,11 @@ def test_lengths_stand_beside_shares() -> None:
     """45 mm are little for a follower that began 3 m away, and half a robot all the same."""
     figures = follower(settling_time=20.0, late_position_error=0.045, late_heading_error=0.1)
     run = About(track=0.09, largest={"follower": 3.0})
-    text = " ".join(verdicts(summary(whole_recording(1)) | figures, run))
+    text = " ".join(verdicts(plain() | figures, run))
     assert "within 5 % of its largest error (150 mm) after 20 s" in text
     assert "off by at most 45 mm (50 % of its track width) and 100 mrad." in text
     wide = follower(settling_time=None, late_position_error=0.18)
-    assert "180 mm (2 times its track width)" in " ".join(verdicts(summary(whole_recording(1)) | wide, run))
+    assert "180 mm (2 times its track width)" in " ".join(verdicts(plain() | wide, run))
 
 
 def test_sentences_know_sizes_and_roots_from_the_recording() -> None:
@@ -210,13 +216,13 @@ def test_sentences_know_sizes_and_roots_from_the_recording() -> None:
 def test_a_virtual_leader_is_no_robot_that_ran() -> None:
     scenario = load("tour/hello").model_dump(mode="json")
     scenario["leader"]["virtual"] = True
-    recording = whole_recording(1, scenario=scenario)
+    recording = whole_recording(1, samples=51, scenario=scenario)
     text = " ".join(verdicts(summary(recording), about(recording)))
     assert "1 robot ran behind a virtual leader, which has no body, on MuJoCo's wheel contacts for 80 s" in text
     assert "came closest" not in text
     assert "came closest" in " ".join(verdicts(summary(recording)))
     assert "The leader is virtual" in report(recording)
-    assert "The leader is virtual" not in report(whole_recording(1))
+    assert "The leader is virtual" not in report(whole_recording(1, samples=51))
 
 
 def test_a_follower_that_did_not_settle_is_told_so() -> None:
@@ -246,9 +252,9 @@ def test_a_robot_that_slid_is_told_with_how_often() -> None:
 
 def test_a_gap_that_is_not_known_is_not_made_up() -> None:
     unknown = {"gap_position_max": None, "gap_position_rms": None, "gap_heading_max": None}
-    robots = {name: figures | unknown for name, figures in summary(whole_recording(1))["robots"].items()}
+    robots = {name: figures | unknown for name, figures in plain()["robots"].items()}
     assert "is not known to the end" in told(robots=robots)
-    assert "largest gap to the ideal twin" not in dict(tiles(summary(whole_recording(1)) | {"robots": robots}))
+    assert "largest gap to the ideal twin" not in dict(tiles(plain() | {"robots": robots}))
 
 
 def test_a_crowd_is_told_in_one_go() -> None:
@@ -272,13 +278,13 @@ def test_quantities_read_as_people_write_them() -> None:
 # The page -------------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("text", HOSTILE)
-def test_no_text_of_a_user_is_markup(text: str) -> None:
+def test_no_text_of_a_user_is_markup() -> None:
+    text = "".join(HOSTILE)
     scenario = load("tour/hello").model_dump(mode="json") | {"name": text, "description": text}
-    plain = whole_recording(1, samples=51)
+    harmless = whole_recording(1, samples=51)
     hostile = whole_recording(1, samples=51, name=text, scenario=scenario, outcome=f"diverged: {text}")
     skipped = {"no_film": text, "schema": json_schema()}
-    one = Elements(report(plain, **skipped | {"no_film": "none"}))
+    one = Elements(report(harmless, **skipped | {"no_film": "none"}))
     other = Elements(render(hostile, summary(hostile) | {"warnings": [text]}, Extras(**skipped)))
     tags = [tag for tag, _ in other.found]
     assert tags.count("script") == 3
@@ -289,9 +295,8 @@ def test_no_text_of_a_user_is_markup(text: str) -> None:
 
 
 def test_names_of_robots_stay_text() -> None:
-    plain = whole_recording(1, samples=51)
     names = ["<b>", "</script>"]
-    dataset = plain.dataset.assign_coords(robot=np.array(names, dtype=object))
+    dataset = whole_recording(1, samples=51).dataset.assign_coords(robot=np.array(names, dtype=object))
     dataset.attrs["parents"] = json.dumps({names[0]: [], names[1]: [names[0]]})
     text = report(Recording(dataset))
     found = Elements(text)
@@ -328,6 +333,7 @@ def test_the_film_is_carried_whole(recording: Recording, tmp_path: Path) -> None
     assert "No film: no headless OpenGL." in report(recording, no_film="no headless OpenGL")
 
 
+@pytest.mark.slow
 def test_the_same_run_gives_the_same_bytes(recording: Recording, tmp_path: Path) -> None:
     recording.save(tmp_path / "recording.nc")
     assert report(recording) == report(Recording.load(tmp_path / "recording.nc"))
@@ -355,7 +361,7 @@ def test_a_page_appears_whole_or_not_at_all(
 # The scenario ---------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("name", assets.bundled_scenarios())
+@pytest.mark.parametrize("name", [name for name in assets.bundled_scenarios() if name != "stress/formation1000"])
 def test_every_key_of_every_scenario_is_explained(name: str) -> None:
     tree = load(name).model_dump(mode="json")
     explained = dict(meanings(tree, json_schema()))
@@ -383,7 +389,7 @@ def test_laws_that_share_a_key_are_told_apart() -> None:
         assert explained[f"law.{key}"] == value["description"]
 
 
-@pytest.mark.parametrize("name", ["paper/example1", "stress/ice_patch", "stress/formation64", "tour/universal"])
+@pytest.mark.parametrize("name", ["paper/example1", "stress/ice_patch", "tour/universal"])
 def test_the_scenario_shown_is_the_one_that_ran(name: str, tmp_path: Path) -> None:
     file = tmp_path / "scenario.yaml"
     file.write_text(yaml_text(load(name).model_dump(mode="json")), encoding="utf-8")

@@ -110,12 +110,14 @@ def test_starts_that_did_not_arrive_are_kept_first() -> None:
     assert (half % 2).sum() == 50
 
 
+@pytest.mark.slow
 def test_ten_thousand_runs_make_a_page_that_is_small_enough() -> None:
     runs = campaign_starts(LAWS, count=150, lost=0.5)
     assert len(runs) > 10_000
     assert len(page_of(runs).encode()) < MOST_BYTES
 
 
+@pytest.mark.slow
 def test_what_is_left_out_is_told() -> None:
     runs = campaign_starts(LAWS[:1], FAMILIES[:2], count=20_000)
     page = Elements(page_of(runs))

@@ -30,7 +30,7 @@ DIGITS = 5e-8
 @pytest.fixture(scope="module")
 def found(tmp_path_factory: pytest.TempPathFactory) -> Comparison:
     """Three laws, the last of which is lost within a second."""
-    return small_comparison(tmp_path_factory.mktemp("compare"))
+    return small_comparison(tmp_path_factory.mktemp("compare"), description=HOSTILE)
 
 
 @pytest.fixture(scope="module")
@@ -157,8 +157,7 @@ def test_the_command_on_the_page_names_recordings_that_are_there(found: Comparis
     assert all((found.folder / file).is_file() for file in files)
 
 
-def test_no_text_of_a_scenario_is_markup(tmp_path: Path) -> None:
-    hostile = small_comparison(tmp_path, description=HOSTILE)
-    page = Elements(page_of(hostile))
+def test_no_text_of_a_scenario_is_markup(found: Comparison) -> None:
+    page = Elements(page_of(found))
     assert [tag for tag, _ in page.found].count("script") == 3
     assert HOSTILE in page.texts["p"]

@@ -54,18 +54,8 @@ def test_a_uniformly_accelerated_robot_scales(length: float, time: float) -> Non
     similarity, t = Similarity(length, time), 1.7
     xi, u = np.array([0.3, 0.0, -0.8]), np.array([0.9, 0.4])
     moved = np.array([xi[0] * t + u[0] * t**2 / 2, 0.0, xi[2] * t + u[1] * t**2 / 2])
-    robot_t, robot_xi, robot_u = (
-        similarity.times_to_robot(t),
-        similarity.twists_to_robot(xi),
-        similarity.inputs_to_robot(u),
-    )
-    robot_moved = np.array(
-        [
-            robot_xi[0] * robot_t + robot_u[0] * robot_t**2 / 2,
-            0.0,
-            robot_xi[2] * robot_t + robot_u[1] * robot_t**2 / 2,
-        ]
-    )
+    t, xi, u = similarity.times_to_robot(t), similarity.twists_to_robot(xi), similarity.inputs_to_robot(u)
+    robot_moved = np.array([xi[0] * t + u[0] * t**2 / 2, 0.0, xi[2] * t + u[1] * t**2 / 2])
     np.testing.assert_allclose(robot_moved, similarity.poses_to_robot(moved), rtol=tol.ALGEBRA)
 
 

@@ -79,9 +79,7 @@ def test_an_objective_that_makes_no_sense_is_refused(text: str, message: str) ->
 def test_cost_by_hand() -> None:
     good = Figures(0.02, 0.3, 0.4, 0.5, 0.9)
     assert float(Objective(late=1).cost(good)) == pytest.approx(2 + 3, rel=tol.HAND)
-    assert float(Objective(late=2, settling=0.5, utilisation=1).cost(good)) == pytest.approx(
-        10 + 2 + 5, rel=tol.HAND
-    )
+    assert float(Objective(late=2, settling=0.5, utilisation=1).cost(good)) == pytest.approx(10 + 2 + 5, rel=tol.HAND)
     assert float(Objective(late=1).cost(good._replace(pace=1.2))) == pytest.approx(5 + 20, rel=tol.HAND)
 
 
@@ -244,11 +242,9 @@ GAINS = {"kp": 7.25, "kd": 12.0, "ke": 0.5, "k": 3.0}
 REMARKS = ["objective late, seed 0;", "late error 1 %"]
 
 
-@pytest.mark.parametrize("name", assets.bundled_scenarios())
+@pytest.mark.parametrize("name", ["paper/example2", "stress/ice_patch", "tour/hello"])
 def test_only_gains_and_remarks_change_in_a_bundled_scenario(name: str, tmp_path: Path) -> None:
     source, target = assets.find_scenario(name), tmp_path / "new.yaml"
-    if load(source).law.name != "published":
-        pytest.skip("gains of another law")
     save_law_gains(source, target, GAINS, "nhtrack tune:", REMARKS)
     before, after = source.read_text().splitlines(), target.read_text().splitlines()
     added = [line for line in after if line not in before]

@@ -11,10 +11,7 @@ import pytest
 
 from nhtrack import assets
 from nhtrack.robots.diff_drive import DiffDrive, identify
-from nhtrack.simulation.ideal import IdealSimulation
-from nhtrack.simulation.mujoco import MujocoSimulation
-from nhtrack.simulation.scene import Scene, SceneSpec, make_scene
-from nhtrack.simulation.state import State
+from nhtrack.simulation.scene import SceneSpec, make_scene
 
 FOLDER = assets.find_robot("warehouse").parent
 GRAVITY = 9.81
@@ -31,16 +28,8 @@ MOTOR = 1e-9
 SHOWN_NEWTON, SHOWN_ACCELERATION, SHOWN_HEIGHT = 0.051, 0.0051, 0.0051
 # Contacts at rest against statics: what is left of the solver's error, relative.
 CONTACT = 1e-6
-# [m] by which stiff contacts give way under the weight, about g (2 h)^2 (1 - 0.9999), and move in half a second after.
-COMPRESSED, CREPT = 1e-8, 1e-12
 # A support that keeps this share of the cart's weight with any payload is not about to lift.
 LEAST_SHARE = 0.1
-# [m], [rad] from the ideal integrator after three seconds; measured 2.2e-7, a second-order remainder of the leapfrog.
-TRACKED = 1e-6
-# Share of friction 1 that a brisk drive takes; measured 0.38.
-USED = 0.5
-# [rad] by which unequal loads of the contacts lean the cart; measured 5e-9.
-LEANING = 1e-7
 
 
 @pytest.fixture(scope="module")
@@ -51,11 +40,6 @@ def model() -> mujoco.MjModel:
 @pytest.fixture(scope="module")
 def drive(model: mujoco.MjModel) -> DiffDrive:
     return identify(model)
-
-
-@pytest.fixture(scope="module")
-def scene() -> Scene:
-    return make_scene(SceneSpec(("a", "b"), robot="warehouse"))
 
 
 # reading the README ---------------------------------------------------------------------------------------------------
@@ -267,7 +251,7 @@ def test_full_braking_tips_no_ordinary_load_at_the_front(model: mujoco.MjModel, 
     assert held / payload - deck_data()["height above the floor"][0] == pytest.approx(0.47, abs=SHOWN_HEIGHT)
 
 
-# in motion ------------------------------------------------------------------------------------------------------------
+# in motion; that it rests and drives as the ideal one is tested of all robots alike ----------------------------------
 
 
 def contact_loads(model: mujoco.MjModel, data: mujoco.MjData) -> dict[str, float]:
@@ -275,30 +259,8 @@ def contact_loads(model: mujoco.MjModel, data: mujoco.MjData) -> dict[str, float
     found, force = dict.fromkeys(SUPPORTS, 0.0), np.zeros(6)
     for index, contact in enumerate(data.contact):
         mujoco.mj_contactForce(model, data, index, force)
-        found[model.geom(max(contact.geom)).name.split("/")[-1]] += force[0]
+        found[model.geom(max(contact.geom)).name] += force[0]
     return found
-
-
-def stand(model: mujoco.MjModel, robots: int) -> mujoco.MjData:
-    """Robots about to step, a metre apart, one nanometre in the floor, so that every contact is active at once."""
-    state = mujoco.MjData(model)
-    state.qpos[1::9] = np.arange(robots)
-    state.qpos[2::9] = model.geom(0).pos[2] + 0.1 - 1e-9
-    return state
-
-
-@pytest.mark.slow
-def test_it_rests_on_three_points(scene: Scene, model: mujoco.MjModel) -> None:
-    state = stand(scene.model, robots=2)
-    start = state.qpos.copy()
-    mujoco.mj_step(scene.model, state, nstep=500)
-    settled = state.qpos.copy()
-    mujoco.mj_step(scene.model, state, nstep=500)
-    moved = np.abs(settled - start).reshape(2, 9)
-    assert moved[:, :3].max() < COMPRESSED
-    assert np.abs(state.qpos - settled).max() < CREPT
-    resting = np.array(list(contact_loads(scene.model, state).values())) / 2
-    np.testing.assert_allclose(resting, loads(model), rtol=CONTACT)
 
 
 def with_payload(place: tuple[float, float]) -> mujoco.MjModel:
@@ -327,35 +289,15 @@ def test_it_stands_with_the_payload_over_every_corner(model: mujoco.MjModel, cor
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("share", "lifts"), [(1.0, False), (5.3, False), (5.7, True)])
-def test_braking_lifts_the_caster_at_five_and_a_half_times_the_limit(scene: Scene, share: float, lifts: bool) -> None:
+@pytest.mark.parametrize(("share", "lifts"), [(5.3, False), (5.7, True)])
+def test_braking_lifts_the_caster_at_five_and_a_half_times_the_limit(share: float, lifts: bool) -> None:
     """The caster lifts at 5.48 of the torque limit, and not before; friction 2 keeps the wheels from slipping."""
-    floor = make_scene(SceneSpec(scene.spec.robots, robot="warehouse", friction=2.0)).model
-    state = stand(floor, robots=2)
-    for name, side in itertools.product(scene.spec.robots, ("left", "right")):
-        limit = floor.actuator(f"{name}/{side}_motor").ctrlrange[1]
-        state.joint(f"{name}/{side}_wheel").qfrc_applied = -share * limit  # past the motor's own limit
+    scene = make_scene(SceneSpec(("a",), robot="warehouse", friction=2.0))
+    floor, state = scene.model, mujoco.MjData(scene.model)
+    state.qpos = scene.qpos_of(np.zeros((1, 3)), np.zeros((1, 2)))
+    for side in ("left", "right"):
+        limit = floor.actuator(f"a/{side}_motor").ctrlrange[1]
+        state.joint(f"a/{side}_wheel").qfrc_applied = -share * limit  # past the motor's own limit
     mujoco.mj_step(floor, state, nstep=50)
-    casters = {floor.geom(f"{name}/caster").id for name in scene.spec.robots}
-    on_floor = [contact for contact in state.contact if casters & set(contact.geom)]
-    assert len(on_floor) == (0 if lifts else 2)
-
-
-@pytest.mark.slow
-def test_it_drives_straight_and_turns_as_the_ideal_one(scene: Scene) -> None:
-    dt, periods = 0.01, 300
-    start = State(0.0, np.array([[0.0, 0.0, 0.0], [0.0, 2.0, 0.5]]), np.zeros((2, 3)))
-    wheels, ideal = MujocoSimulation(scene, dt), IdealSimulation(("a", "b"), scene.drive, dt)
-    real, twin = wheels.reset(start), ideal.reset(start)
-    largest_tilt, used = 0.0, 0.0
-    for k in range(periods):
-        u = np.array([[1.2 * np.cos(2 * k * dt), 0.0], [0.6, 1.5 * np.cos(1.5 * k * dt)]])
-        real, twin = wheels.step(u), ideal.step(u)
-        telemetry = wheels.telemetry()
-        largest_tilt = max(largest_tilt, float(np.max(telemetry["tilt"])))
-        used = max(used, float(np.max(telemetry["friction_utilisation"])))
-        assert np.max(telemetry["torque_saturation"]) == 0.0
-    assert np.abs(real.g - twin.g).max() < TRACKED
-    assert np.hypot(*real.g[1, :2] - start.g[1, :2]) > 1.0  # it did go somewhere
-    assert largest_tilt < LEANING
-    assert used < USED
+    caster = floor.geom("a/caster").id
+    assert any(caster in contact.geom for contact in state.contact) != lifts

@@ -61,7 +61,7 @@ class Loader:
             ScenarioError: everything wrong with it.
         """
         path = _path_of(source, _CAMPAIGN)
-        return self._read_document(parse_yaml(_read(path)), path, path.parent, overrides, _CAMPAIGN)
+        return self._read_document(_parsed(path), path, path.parent, overrides, _CAMPAIGN)
 
     def load_either(self, source: str | FilePath) -> Scenario | Campaign:
         """Returns what a file says, or a bundled file of that name: a scenario or a campaign.
@@ -72,9 +72,12 @@ class Loader:
         if str(source) in assets.bundled_campaigns():
             return self.load_campaign(source)
         path = FilePath(source)
-        if path.is_file() and is_campaign(parse_yaml(_read(path)).tree):
-            return self.load_campaign(source)
-        return self.load(source)
+        if not path.is_file():
+            return self.load(source)
+        document = _parsed(path)
+        form: _Form[Any] = _CAMPAIGN if is_campaign(document.tree) else _SCENARIO
+        found: Scenario | Campaign = self._read_document(document, path, path.parent, (), form)
+        return found
 
     def load(self, source: str | FilePath, overrides: Sequence[str] = ()) -> Scenario:
         """Returns the scenario of a YAML file, or of a bundled scenario by name (`paper/example1`).
@@ -90,7 +93,7 @@ class Loader:
             ScenarioError: everything wrong with it.
         """
         path = _path_of(source, _SCENARIO)
-        return self.load_text(_read(path), source=path, directory=path.parent, overrides=overrides)
+        return self._read_document(_parsed(path), path, path.parent, overrides, _SCENARIO)
 
     def load_text(
         self,
@@ -287,14 +290,14 @@ def _path_of(source: str | FilePath, form: _Form[Any]) -> FilePath:
     raise ScenarioError(source, [Fault(0, 0, "", f"no such file, and no bundled {kind} of that name; {hint}")])
 
 
-def _read(path: FilePath) -> str:
-    """Returns the text of a file."""
+def _parsed(path: FilePath) -> Document:
+    """Returns the tree of a file."""
     try:
         data = path.read_bytes()
     except OSError as error:
         raise ScenarioError(path, [Fault(0, 0, "", f"cannot be read: {error.strerror}")]) from None
     try:
-        return data.decode("utf-8-sig")
+        return parse_yaml(data.decode("utf-8-sig"))
     except UnicodeDecodeError as error:
         line = data.count(b"\n", 0, error.start) + 1
         column = error.start - data.rfind(b"\n", 0, error.start)

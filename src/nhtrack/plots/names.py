@@ -101,13 +101,14 @@ def _boxes(places: np.ndarray, letters: int, axes: Axes) -> np.ndarray:
 
 
 def _squared_distances(one: np.ndarray, other: np.ndarray) -> np.ndarray:
-    return np.asarray(((one[:, None] - other[None]) ** 2).sum(axis=-1))
+    return np.asarray(sum((one[:, None, side] - other[:, side]) ** 2 for side in (0, 1)))
 
 
 def _inside(points: np.ndarray, boxes: np.ndarray, margin: float) -> np.ndarray:
     """Returns how many points (p, 2) lie in boxes (m, sides, 2, 2) or less than a margin beside, shape (m, sides)."""
-    low, high = boxes[:, :, None, :, 0] - margin, boxes[:, :, None, :, 1] + margin
-    return np.asarray(((low < points) & (points < high)).all(axis=-1).sum(axis=-1))
+    low, high = boxes[..., None, 0] - margin, boxes[..., None, 1] + margin
+    x, y = ((low[:, :, side] < points[:, side]) & (points[:, side] < high[:, :, side]) for side in (0, 1))
+    return np.asarray(np.count_nonzero(x & y, axis=-1))
 
 
 def _touches(boxes: np.ndarray, other: np.ndarray) -> np.ndarray:

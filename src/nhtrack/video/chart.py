@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
@@ -52,8 +53,7 @@ class Chart:
     """
 
     def __init__(self, recording: Recording, timeline: Timeline, size: tuple[int, int]) -> None:
-        self._pale, self._spans = _draw(recording, size, _PALE)
-        self._full, _ = _draw(recording, size, 1.0)
+        self._pale, self._full, self._spans = _draw(recording, size)
         duration = max(float(recording.time[-1] - recording.time[0]), 1e-12)
         self._share = (timeline.time - recording.time[0]) / duration
 
@@ -67,8 +67,8 @@ class Chart:
 
 
 @styled
-def _draw(recording: Recording, size: tuple[int, int], opacity: float) -> tuple[np.ndarray, list[tuple[float, float]]]:
-    """Returns the plot with all curves of one opacity, and the columns of each panel's first and last time [pixels]."""
+def _draw(recording: Recording, size: tuple[int, int]) -> tuple[np.ndarray, np.ndarray, list[tuple[float, float]]]:
+    """Returns the plot with all curves pale and full, and the columns of each panel's first and last time [pixels]."""
     unit = min(size[0] / 260, size[1] / 200)
     dpi = 100 * unit
     figure = Figure((size[0] / dpi, size[1] / dpi), dpi=dpi, layout="constrained")
@@ -77,16 +77,24 @@ def _draw(recording: Recording, size: tuple[int, int], opacity: float) -> tuple[
     stacked = size[1] >= size[0]
     shape = (len(curves), 1) if stacked else (1, len(curves))
     panels = list(figure.subplots(*shape, squeeze=False).flat)
+    drawn: list[Artist] = []
     for axes, (title, values) in zip(panels, curves.items(), strict=True):
-        _draw_panel(axes, recording, values, opacity)
+        drawn += _draw_panel(axes, recording, values)
         axes.set_title(title, fontsize=6.5, loc="left")
         axes.tick_params(labelsize=5.5)
         if not stacked or axes is panels[-1]:
             axes.set_xlabel("time [s]", fontsize=6)
-    figure.canvas.draw()
-    picture = np.asarray(figure.canvas.buffer_rgba())[: size[1], : size[0], :3].copy()  # type: ignore[attr-defined]
+    full = _picture(figure, size)
+    figure.set_layout_engine("none")  # laid out by the first drawing
+    for artist in drawn:
+        artist.set_alpha(_PALE * (artist.get_alpha() or 1.0))
     ends = [axes.transData.transform([(recording.time[0], 1.0), (recording.time[-1], 1.0)]) for axes in panels]
-    return picture, [(float(pair[0, 0]), float(pair[1, 0])) for pair in ends]
+    return _picture(figure, size), full, [(float(pair[0, 0]), float(pair[1, 0])) for pair in ends]
+
+
+def _picture(figure: Figure, size: tuple[int, int]) -> np.ndarray:
+    figure.canvas.draw()
+    return np.asarray(figure.canvas.buffer_rgba())[: size[1], : size[0], :3].copy()  # type: ignore[attr-defined]
 
 
 def _curves(recording: Recording) -> dict[str, np.ndarray]:
@@ -100,21 +108,24 @@ def _curves(recording: Recording) -> dict[str, np.ndarray]:
     return curves
 
 
-def _draw_panel(axes: Axes, recording: Recording, values: np.ndarray, opacity: float) -> None:
+def _draw_panel(axes: Axes, recording: Recording, values: np.ndarray) -> list[Artist]:
+    """Draws the curves of a panel, and returns them."""
     colour = recording.scene.colour
     known = np.where(np.isfinite(values) & (values > 0), values, np.nan)
     drawn = np.flatnonzero(np.isfinite(known).any(axis=0))
     axes.set_xlim(recording.time[0], recording.time[-1] if recording.time.size > 1 else recording.time[0] + 1)
     axes.xaxis.set_major_locator(MaxNLocator(4))
     if drawn.size == 0:
-        return
+        return []
+    artists: list[Artist] = []
     if drawn.size > CROWD:
         rows = np.isfinite(known).any(axis=1)
         low, middle, high = np.nanpercentile(known[rows][:, drawn], [0, 50, 100], axis=1)
-        axes.fill_between(recording.time[rows], low, high, color=BAND_COLOUR, alpha=0.3 * opacity, linewidth=0)
-        axes.plot(recording.time[rows], middle, color=BAND_COLOUR, alpha=opacity, linewidth=1.0)
+        artists.append(axes.fill_between(recording.time[rows], low, high, color=BAND_COLOUR, alpha=0.3, linewidth=0))
+        artists += axes.plot(recording.time[rows], middle, color=BAND_COLOUR, linewidth=1.0)
     for place in drawn if drawn.size <= CROWD else ():
-        axes.plot(recording.time, known[:, place], color=colour(int(place)), alpha=opacity, linewidth=1.0)
+        artists += axes.plot(recording.time, known[:, place], color=colour(int(place)), linewidth=1.0)
     top = float(np.nanmax(known))
     axes.set_yscale("log")
     axes.set_ylim(max(float(np.nanmin(known)) / 1.5, top * 10.0**-_DECADES), 1.8 * top)
+    return artists

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from types import TracebackType
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -10,11 +11,13 @@ from nhtrack.recording import Recording
 from nhtrack.simulation.scene import make_scene
 from nhtrack.video.bodies import robot_scale
 from nhtrack.video.camera import plan_camera
-from nhtrack.video.chart import Beside, Chart, split
 from nhtrack.video.overlay import Overlay
 from nhtrack.video.render_options import QUALITIES, SPLIT, Look
 from nhtrack.video.scene_renderer import Stage
 from nhtrack.video.timeline import make_timeline
+
+if TYPE_CHECKING:
+    from nhtrack.video.chart import Beside, Chart
 
 __all__ = ["Painter"]
 
@@ -38,9 +41,12 @@ class Painter:
         self._length = len(timeline)
         view = look.size
         self._beside: Beside | None = None
+        self._chart: Chart | None = None
         if look.camera == SPLIT:
+            from nhtrack.video.chart import Chart, split  # Matplotlib, which every process of a crew would load
+
             view, self._beside = split(look.size)
-        self._chart = None if self._beside is None else Chart(recording, timeline, self._beside.size)
+            self._chart = Chart(recording, timeline, self._beside.size)
         camera = "group" if look.camera == SPLIT else look.camera
         fovy = float(scene.model.vis.global_.fovy)
         path = plan_camera(camera, timeline.pose, fovy, view[0] / view[1], look.fps, robot_scale(scene))

@@ -84,6 +84,7 @@ class Stage:
 
     def close(self) -> None:
         """Frees the OpenGL context."""
+        self._context.make_current()  # another stage may have been drawn since
         self._render.free()
         self._context.free()
 

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 
 import mujoco
 import numpy as np
-from scipy.integrate import cumulative_trapezoid
 
 from nhtrack import se2
 from nhtrack.analysis.events import slip_speed, spells
@@ -226,7 +225,7 @@ def _configuration(recording: Recording, scene: Scene, at: np.ndarray) -> np.nda
     angle = np.zeros((*pose.shape[:-1], 2))
     if "wheel_speed" in recording.dataset:
         rate = recording["wheel_speed"].values[:, bodies]
-        angle = cumulative_trapezoid(rate, time, axis=0, initial=0.0) if time.size > 1 else angle
+        angle[1:] = np.cumsum(np.diff(time)[:, None, None] * (rate[1:] + rate[:-1]) / 2.0, axis=0)
     # Poses are interpolated before they become quaternions, so a fast turn loses nothing
     qpos = scene.qpos_of(_interpolate(time, pose, at), _interpolate(time, angle, at))
     return np.asarray(qpos)

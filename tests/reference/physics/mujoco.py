@@ -16,6 +16,7 @@ from mujoco import batch as mujoco_batch
 from nhtrack.arrays import Array
 from nhtrack.errors import SimulationDiverged
 from nhtrack.ground import Ground
+from nhtrack.robots.diff_drive import Motor
 from nhtrack.robots.diff_drive.model import utilisation
 from reference.physics.contact import FrictionRow
 from reference.physics.ideal import (
@@ -35,19 +36,17 @@ _SLIDING = 1 - 1e-6
 
 
 class MujocoSimulation:
-    """n robots, or a batch of such scenes, on wheels that only friction holds."""
+    """n robots on wheels that only friction holds; arrays have a first axis of length 1."""
 
-    def __init__(
-        self, scene: Scene, dt: float, batch: tuple[int, ...] = (), threads: int = 1, *, outlive: bool = False
-    ) -> None:
-        self.scene, self.drive, self.dt, self.batch, self._outlive = scene, scene.drive, dt, batch, outlive
+    def __init__(self, scene: Scene, dt: float) -> None:
+        self.scene, self.drive, self.dt = scene, scene.drive, dt
         self.names, self.ground = scene.spec.robots, scene.spec.ground
         self._h = scene.spec.timestep
         self.substeps = round(dt / self._h)
         if self.substeps < 1 or abs(self.substeps * self._h - dt) > 1e-9 * dt:
             raise ValueError(f"dt: {dt:g} s is not a whole number of physics steps of {self._h:g} s")
         scene.model.flg_surfacevel = scene.spec.rate_correction
-        self._engine = mujoco_batch.Batch(scene.model, batch[0] if batch else 1, threads)
+        self._engine = mujoco_batch.Batch(scene.model, 1, 1)
         self._warnings, self._sensors = self._engine.warning, self._engine.bind("sensordata")
         self._surface = self._engine.expand("geom_surfacevel") if scene.spec.rate_correction else None
         self._row = FrictionRow.of(scene.model, int(scene.addresses.tyres[0, 0]))
@@ -72,8 +71,8 @@ class MujocoSimulation:
     def reset(self, state: State) -> State:
         """Places the robots level on the floor, rolling without slip at their twists; see `Simulation.reset`."""
         require_rolling(state)
-        self._start, self._periods, self._lost = state.t, 0, np.zeros(self.batch or 1, dtype=bool)
-        self._g, self._xi = self._batched(state.g), self._batched(state.xi)
+        self._start, self._periods = state.t, 0
+        self._g, self._xi = (np.array(array[None], dtype=float) for array in (state.g, state.xi))
         g, xi = self._g[:, self._bodies], self._xi[:, self._bodies]
         self._engine.reset(stage=mujoco.mjtStage.mjSTAGE_NONE)
         self._qpos[:] = self.scene.qpos_of(g, np.zeros((*g.shape[:-1], 2)))
@@ -92,10 +91,7 @@ class MujocoSimulation:
 
     def step(self, u: Array) -> State:
         """Drives the robots through one control period; see `Simulation.step`."""
-        command = self._batched(u)
-        if self._outlive:
-            self._lose(~np.isfinite(command).all(axis=(-2, -1)), self._g)
-            command[self._lost] = 0
+        command = np.array(u[None], dtype=float)
         require_finite_command(command, self.names, self.time)
         u, self._u_root = command[:, self._bodies], command[:, :1]
         self._clear_log()
@@ -106,31 +102,14 @@ class MujocoSimulation:
         self._u, self._periods = u, self._periods + 1
         self._read_state()
         self._move_root()
-        if self._outlive:
-            self._lose(self._fallen(), self._g_before)
         state = self._state()
         self._require_upright(state)
         return state
 
     @property
-    def lost(self) -> Array:
-        """Which simulations have diverged and stand still, shape () or (b,)."""
-        return self._unbatched(self._lost).copy()
-
-    @property
     def qpos(self) -> Array:
-        """MuJoCo's configuration now, shape (nq,) or (b, nq)."""
-        return self._unbatched(self._qpos).copy()
-
-    @property
-    def qvel(self) -> Array:
-        """MuJoCo's velocities now, half a step before the configuration's time, shape (nv,) or (b, nv)."""
-        return self._unbatched(self._qvel).copy()
-
-    @property
-    def contact_force(self) -> Array:
-        """Forces of the floor on the tyres in the last physics step [N], world frame, shape (..., p, 2, 3)."""
-        return -self._unbatched(self._sensors[:, self.scene.addresses.forces])
+        """MuJoCo's configuration now, shape (nq,)."""
+        return np.asarray(self._qpos[0].copy())
 
     @property
     def time(self) -> float:
@@ -181,7 +160,7 @@ class MujocoSimulation:
         self._terms[..., 3] = acceleration.imag
         self._terms[..., 4], self._terms[..., 5], _ = self._known_ground.gravity_at(self._yaw())
         demand = self._terms @ self.drive.torque_map
-        torque = self.drive.motor.saturate(demand, self._qvel[:, at.wheel_qvel], self._lag * self._sliding())
+        torque = saturated(self.drive.motor, demand, self._qvel[:, at.wheel_qvel], self._lag * self._sliding())
         self._ctrl[:, at.motors] = torque
         if self._surface is not None:
             self._surface[:, at.tyres, 1] = self._rate_correction(before, u + self.drive.gained(torque - demand))
@@ -253,20 +232,20 @@ class MujocoSimulation:
             quaternion[:, self.scene.marker, 3] = np.sin(theta / 2)
 
     def _with_root(self, telemetry: dict[str, Array]) -> dict[str, Array]:
-        """Adds the row of a root that has no wheels, NaN, and takes off a batch axis that was not asked for."""
+        """Adds the row of a root that has no wheels, NaN, and takes off the first axis."""
         if self.scene.marker is not None:
             telemetry = {
                 name: np.concatenate([np.full_like(values[:, :1], np.nan), values], axis=1)
                 for name, values in telemetry.items()
             }
-        return {name: self._unbatched(values) for name, values in telemetry.items()}
+        return {name: values[0] for name, values in telemetry.items()}
 
     # Checks and bookkeeping -------------------------------------------------------------------------------------------
 
     def _require_upright(self, state: State) -> None:
         """Raises SimulationDiverged for engine warnings, states that are not finite, and robots on their sides."""
         require_finite(state, self.names)
-        warned = np.argwhere((self._warnings[..., 1] > 0) & ~self._lost[:, None])
+        warned = np.argwhere(self._warnings[..., 1] > 0)
         if len(warned):
             simulation, kind = warned[0]
             what = mujoco.mjtWarning(int(kind)).name.removeprefix("mjWARN_").lower()
@@ -275,26 +254,6 @@ class MujocoSimulation:
         if len(tipped):
             simulation, robot = tipped[0]
             raise SimulationDiverged("tipped over", self.scene.spec.bodies[robot], state.t, int(simulation))
-
-    def _fallen(self) -> Array:
-        """Returns in which simulations something is wrong of which `_require_upright` would speak, shape (b,)."""
-        finite = np.isfinite(self._g).all(axis=(-2, -1)) & np.isfinite(self._xi).all(axis=(-2, -1))
-        upright = (self._tilt() <= TIPPED).all(axis=-1)
-        return ~finite | ~upright | (self._warnings[..., 1] > 0).any(axis=-1)
-
-    def _lose(self, fallen: Array, where: Array) -> None:
-        """Counts simulations as lost, and lets all that are stand at the poses `where`, shape (b, n, 3)."""
-        self._lost |= fallen
-        if not self._lost.any():
-            return
-        lost = self._lost
-        self._g[lost], self._xi[lost] = where[lost], 0.0
-        g, nothing = self._g[lost][:, self._bodies], np.zeros((int(lost.sum()), len(self.scene.spec.bodies), 2))
-        self._qpos[lost], self._qvel[lost] = self.scene.qpos_of(g, nothing), 0.0
-        self._engine.bind("qacc_warmstart")[lost] = 0.0
-        for velocity in (self._velocity, self._omega, self._velocity_before, self._omega_before):
-            velocity[lost] = 0.0
-        self._place_marker()
 
     def _tilt(self) -> Array:
         """Angle between the robots' vertical axes and the floor's normal [rad], shape (b, p)."""
@@ -308,14 +267,16 @@ class MujocoSimulation:
         self._sensor_log = np.full((self.substeps, *self._sensors.shape), value)
         self._friction_log = np.full(shape, value)
 
-    def _batched(self, array: Array) -> Array:
-        return np.array(array if self.batch else array[None], dtype=float)
-
-    def _unbatched(self, array: Array) -> Array:
-        return array if self.batch else array[0]
-
     def _state(self) -> State:
-        return State(self.time, self._unbatched(self._g).copy(), self._unbatched(self._xi).copy())
+        return State(self.time, self._g[0].copy(), self._xi[0].copy())
+
+
+def saturated(motor: Motor, torque: Array, wheel_speed: Array, lag: Array) -> Array:
+    """Returns the torque that a motor gives, see `Motor.saturate`."""
+    line, most = wheel_speed / motor.no_load_speed, motor.torque_limit
+    upper, lower = motor.stall_torque * (1 - line) / (1 + lag), -motor.stall_torque * (1 + line) / (1 + lag)
+    torque = np.maximum(torque, np.minimum(np.maximum(lower, -most), most))
+    return np.minimum(torque, np.minimum(np.maximum(upper, -most), most))
 
 
 def _largest(log: Array) -> Array:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
+from functools import lru_cache
 from typing import Any, Literal
 
 from nhtrack.robots.diff_drive import DiffDrive
@@ -31,16 +32,17 @@ class Bench:
         return SceneSpec(**{"robots": ("robot",), "robot": self.robot} | fields)
 
     def scene(self, **fields: Any) -> Scene:
-        """Returns the scene of `spec`."""
-        scene = make_scene(self.spec(**fields))
-        return scene if self.change is None else self.change(scene)
+        """Returns the scene of `spec`, the caller's to change."""
+        return _made(self.spec(**fields), self.change)
 
     def simulation(
         self, dt: float | None = None, batch: tuple[int, ...] = (), scene: Scene | None = None, **fields: Any
     ) -> MujocoSimulation:
         """Returns a simulation of `scene`, its control period dt [s] one physics step unless told otherwise."""
-        scene = self.scene(**fields) if scene is None else scene
-        simulation = MujocoSimulation(scene, dt or scene.spec.timestep, batch)
+        spec = self.spec(**fields) if scene is None else scene.spec
+        # The rate correction is the simulation's: scenes with and without are one.
+        scene = _kept(replace(spec, rate_correction=True), self.change) if scene is None else scene
+        simulation = MujocoSimulation(scene, dt or spec.timestep, batch, spec=spec)
         if self.tamper is not None:
             self.tamper(simulation)
         return simulation
@@ -48,11 +50,19 @@ class Bench:
     @property
     def drive(self) -> DiffDrive:
         """The robot's reduced model."""
-        return self.scene().drive
+        return _kept(self.spec(), self.change).drive
 
     def find(self, check: str, value: float, unit: str, budget: float, cause: str, **rest: Any) -> Finding:
         """Returns a finding about this robot."""
         return Finding(self.robot, check, float(value), unit, budget, cause, **rest)
+
+
+def _made(spec: SceneSpec, change: Callable[[Scene], Scene] | None) -> Scene:
+    scene = make_scene(spec)
+    return scene if change is None else change(scene)
+
+
+_kept = lru_cache(maxsize=4)(_made)  # to compose one takes longer than most drives in it
 
 
 @dataclass(frozen=True)

@@ -8,6 +8,7 @@ import numpy as np
 
 from nhtrack import assets
 from nhtrack.analysis.metrics import heading_gap, position_gap
+from nhtrack.config.schema import Scenario
 from nhtrack.experiment.load import load
 from nhtrack.recording import Recording
 from nhtrack.studies.fidelity.bench import Bench, Finding
@@ -25,8 +26,8 @@ def closed_loop(bench: Bench) -> Iterator[Finding]:
     """
     if bench.robot != "nh_mini":
         return
-    for name in paper_scenarios():
-        recording = simulate(load(name)).recording
+    for name, scenario in paper_scenarios().items():
+        recording = simulate(scenario).recording
         cause = "each runs its own closed loop; the open-loop error of a second or two, which the law takes back"
         gap, turn = (_rms(values) for values in (position_gap(recording), heading_gap(recording)))
         yield bench.find(f"{name}: gap to the twin", gap, "m", _POSITION, cause)
@@ -35,10 +36,10 @@ def closed_loop(bench: Bench) -> Iterator[Finding]:
         yield bench.find(f"{name}: utilisation less prediction", _unpredicted(recording), "1", 1e-3, cause)
 
 
-def paper_scenarios() -> tuple[str, ...]:
-    """Returns the names of the paper's scenarios in which robots do not touch."""
-    names = (name for name in assets.bundled_scenarios() if name.startswith("paper/"))
-    return tuple(name for name in names if not load(name).physics.robot_contact)
+def paper_scenarios() -> dict[str, Scenario]:
+    """Returns the paper's scenarios in which robots do not touch, by name."""
+    found = {name: load(name) for name in assets.bundled_scenarios() if name.startswith("paper/")}
+    return {name: scenario for name, scenario in found.items() if not scenario.physics.robot_contact}
 
 
 def _rms(gap: np.ndarray) -> float:

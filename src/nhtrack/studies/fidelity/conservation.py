@@ -83,9 +83,10 @@ def symmetry(bench: Bench) -> Iterator[Finding]:
 
 
 def determinism(bench: Bench) -> Iterator[Finding]:
-    """Yields how many different results two fresh processes give, less one."""
-    command = [sys.executable, "-c", f"from {__name__} import digest; print(digest({bench.robot!r}))"]
-    found = {subprocess.run(command, check=True, capture_output=True, text=True).stdout for _ in range(2)}
+    """Yields how many different results this process and a fresh one give, less one."""
+    command = [sys.executable, "-c", f"from {__name__} import digest; print(digest({bench.robot!r}), end='')"]
+    other = subprocess.run(command, check=True, capture_output=True, text=True).stdout
+    found = {digest(bench.robot), other}
     yield bench.find("different results of two processes", len(found) - 1, "1", 0, "one order of every sum")
 
 
@@ -105,29 +106,30 @@ def _imbalance(simulation: MujocoSimulation, inputs: Array) -> float:
 
     Over a step forces act by the mean of the velocities at its ends, seen in the configuration at its middle.
     """
-    h = simulation.dt
     simulation.reset(AT_REST)
-    work = effort = heat = 0.0
     at_rest = _energy(simulation)
+    qpos, qvel, torque, force = [], [simulation.qvel], [], []
     for u in inputs:
-        qpos, before = simulation.qpos, simulation.qvel
+        qpos.append(simulation.qpos)
         simulation.step(u)
-        mean = (before + simulation.qvel) / 2
-        power = float((simulation.telemetry()["wheel_torque"] * mean[simulation.scene.addresses.wheel_qvel]).sum())
-        work, effort = work + h * power, effort + h * abs(power)
-        heat -= h * float((simulation.contact_force[..., :2] * _tyre_velocity(simulation.scene, qpos, mean)).sum())
-    return abs(work - (_energy(simulation) - at_rest) - heat) / effort
+        qvel.append(simulation.qvel)
+        torque.append(simulation.telemetry()["wheel_torque"][0])
+        force.append(simulation.contact_force[0, :, :2])
+    h, mean = simulation.dt, (np.array(qvel[:-1]) + qvel[1:]) / 2
+    power = (np.array(torque) * mean[:, simulation.scene.addresses.wheel_qvel[0]]).sum(axis=-1)
+    heat = -h * (np.array(force) * _tyre_velocities(simulation.scene, np.array(qpos), mean)).sum()
+    return float(abs(h * power.sum() - (_energy(simulation) - at_rest) - heat) / (h * np.abs(power).sum()))
 
 
-def _tyre_velocity(scene: Scene, qpos: Array, qvel: Array) -> Array:
-    """Returns the horizontal velocities of the tyres' contact points, shape (1, 2, 2) [m/s], world frame."""
+def _tyre_velocities(scene: Scene, qpos: Array, qvel: Array) -> Array:
+    """Returns the horizontal velocities of the tyres' contact points, shape (steps, 2, 2) [m/s], world frame."""
     at, drive = scene.addresses, scene.drive
-    theta = 2 * np.arctan2(qpos[at.root_qpos + 6], qpos[at.root_qpos + 3])
+    (place,), (root,) = at.root_qpos, at.root_qvel
+    theta = 2 * np.arctan2(qpos[:, place + 6], qpos[:, place + 3])
     ahead = np.stack([np.cos(theta), np.sin(theta)], axis=-1)[:, None]
-    centre = np.stack([qvel[at.root_qvel], qvel[at.root_qvel + 1]], axis=-1)[:, None]
     across = drive.half_separation * np.array([1.0, -1.0])
-    backwards = qvel[at.root_qvel + 5][:, None] * across + drive.wheel_radius * qvel[at.wheel_qvel]
-    return np.asarray(centre - backwards[..., None] * ahead)
+    backwards = qvel[:, [root + 5]] * across + drive.wheel_radius * qvel[:, at.wheel_qvel[0]]
+    return np.asarray(qvel[:, None, root : root + 2] - backwards[..., None] * ahead)
 
 
 def _energy(simulation: MujocoSimulation) -> float:

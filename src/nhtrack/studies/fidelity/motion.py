@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import TypeAlias
 
@@ -123,9 +123,10 @@ def integrate(signal: Signal, time: Array, start: State = AT_REST) -> tuple[Arra
     """Returns poses and twists (t, n, 3) of the ideal robot under a smooth input, by DOP853 at a tolerance of 1e-12."""
 
     def rate(t: float, y: Array) -> Array:
-        theta, v, omega = y[2::5], y[3::5], y[4::5]
-        u = np.broadcast_to(signal(np.array(t)), (len(theta), 2))
-        return np.stack([v * np.cos(theta), v * np.sin(theta), omega, u[:, 0], u[:, 1]], axis=-1).ravel()
+        change, (theta, v, omega) = np.empty((len(start.g), 5)), y.reshape(-1, 5).T[2:]
+        change[:, 0], change[:, 1], change[:, 2] = v * np.cos(theta), v * np.sin(theta), omega
+        change[:, 3:] = signal(np.array(t))
+        return change.ravel()
 
     y = np.concatenate([start.g, start.xi[:, (0, 2)]], axis=-1).ravel()
     found = solve_ivp(rate, (time[0], time[-1]), y, method="DOP853", rtol=1e-12, atol=1e-13, t_eval=time)
@@ -152,7 +153,18 @@ def open_loop_error(
     simulation: Simulation, signal: Signal, duration: float = 10.0, start: State = AT_REST
 ) -> PoseError:
     """Returns how far a simulation strays from the ideal robot under the same input, which all its robots get."""
-    t = middles(duration, simulation.dt)
-    inputs = np.broadcast_to(signal(t)[:, None], (len(t), len(start.g), 2))
-    run = drive_open_loop(simulation, inputs, start)
-    return difference(run.g, integrate(signal, run.time, start)[0])
+    return open_loop_errors([simulation], signal, duration, start)[0]
+
+
+def open_loop_errors(
+    simulations: Iterable[Simulation], signal: Signal, duration: float = 10.0, start: State = AT_REST
+) -> list[PoseError]:
+    """Returns `open_loop_error` of each; the shortest of their control periods divides the others."""
+    runs = []
+    for simulation in simulations:
+        t = middles(duration, simulation.dt)
+        inputs = np.broadcast_to(signal(t)[:, None], (len(t), len(start.g), 2))
+        runs.append(drive_open_loop(simulation, inputs, start))
+    finest = max(runs, key=lambda run: len(run.time))
+    ideal = integrate(signal, finest.time, start)[0]
+    return [difference(run.g, ideal[:: (len(ideal) - 1) // (len(run.g) - 1)]) for run in runs]

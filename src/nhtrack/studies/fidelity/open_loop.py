@@ -8,7 +8,7 @@ import numpy as np
 
 from nhtrack.arrays import Array
 from nhtrack.studies.fidelity.bench import Bench, Finding
-from nhtrack.studies.fidelity.motion import PoseError, Weave, middles, open_loop_error, weave_within
+from nhtrack.studies.fidelity.motion import PoseError, Weave, middles, open_loop_error, open_loop_errors, weave_within
 
 TIMESTEPS = (0.004, 0.002, 0.001, 0.0005)  # [s]
 SHARE, DURATION = 0.5, 10.0  # of the motors' limits; [s]
@@ -46,10 +46,8 @@ def planar_base(bench: Bench) -> Iterator[Finding]:
 
 def errors(bench: Bench, weave: Weave, rate_correction: bool) -> list[PoseError]:
     """Returns the errors of a drive at each of `TIMESTEPS`."""
-    return [
-        open_loop_error(bench.simulation(timestep=h, rate_correction=rate_correction), weave, DURATION)
-        for h in TIMESTEPS
-    ]
+    simulations = (bench.simulation(timestep=h, rate_correction=rate_correction) for h in TIMESTEPS)
+    return open_loop_errors(simulations, weave, DURATION)
 
 
 def path_length(weave: Weave) -> float:

@@ -95,16 +95,24 @@ def run(wanted: list[Task], progress: Progress | None = None, processes: int | N
         progress: called with the tasks done and their number.
         processes: how many at once.
     """
-    order = sorted(wanted, key=lambda task: task.check not in _LONGEST_FIRST)
     found: dict[Task, tuple[Finding, ...]] = {}
-    workers = min(processes or os.cpu_count() or 1, len(wanted))
-    with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
-        futures = {pool.submit(measure, task): task for task in order}
-        for done, future in enumerate(as_completed(futures), start=1):
-            found[futures[future]] = future.result()
-            if progress is not None:
-                progress(done, len(wanted))
+    for task, findings in _measured(wanted, min(processes or os.cpu_count() or 1, len(wanted))):
+        found[task] = findings
+        if progress is not None:
+            progress(len(found), len(wanted))
     return [finding for task in wanted for finding in found[task]]
+
+
+def _measured(wanted: list[Task], processes: int) -> Iterator[tuple[Task, tuple[Finding, ...]]]:
+    """Yields tasks with their findings as they are measured; what a single process would do is done in this one."""
+    if processes <= 1:
+        yield from ((task, measure(task)) for task in wanted)
+        return
+    with ProcessPoolExecutor(processes, mp_context=get_context("spawn")) as pool:
+        order = sorted(wanted, key=lambda task: task.check not in _LONGEST_FIRST)
+        futures = {pool.submit(measure, task): task for task in order}
+        for future in as_completed(futures):
+            yield futures[future], future.result()
 
 
 def save(findings: Sequence[Finding], wanted: Sequence[Task], folder: Path) -> list[Path]:
