@@ -15,7 +15,7 @@ from nhtrack.network import Network
 from nhtrack.simulation.ideal import IdealSimulation
 from nhtrack.simulation.state import State
 
-LAWS = Path(__file__).parent / "laws"
+LAWS = Path(__file__).parent / "own_laws"
 ECHO = law_in(LAWS / "echo.py")
 
 
@@ -37,7 +37,7 @@ class Memories(Streaming):
 def watch(
     network: Network, inputs: np.ndarray, start: State, dt: float, tracking: Tracking | None = None
 ) -> dict[str, np.ndarray]:
-    """What followers saw in each period and at the end, (t, n) by the names of the memory of `tests/laws/echo.py`."""
+    """What followers saw in each period and at the end, (t, n), by the names of the memory of `own_laws/echo.py`."""
     recorder = Memories()
     failure = run(IdealSimulation(network.names, None, dt), ECHO(), network, inputs, start, recorder, tracking)
     assert failure is None

@@ -17,7 +17,7 @@ from nhtrack.studies.run.run import simulate
 from simulation_contract import SimulationContract
 from tolerances import TWIN_HEADING_REGRESSION
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.fidelity]
 
 
 def record(name: str, **changes: float) -> Recording:

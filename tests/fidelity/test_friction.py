@@ -24,7 +24,7 @@ from tolerances import (
     UTILISATION,
 )
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.fidelity]
 
 ONE = SceneSpec(("robot",))
 

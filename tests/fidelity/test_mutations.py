@@ -13,7 +13,7 @@ from nhtrack.simulation.scene import Scene
 from nhtrack.studies.fidelity.bench import Bench
 from nhtrack.studies.fidelity.suite import CHECKS
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.fidelity]
 
 
 def wheels_swapped(scene: Scene) -> Scene:

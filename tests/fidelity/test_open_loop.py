@@ -12,7 +12,7 @@ from nhtrack.simulation.state import State
 from nhtrack.studies.fidelity.motion import open_loop_errors
 from tolerances import OPEN_LOOP_HEADING, OPEN_LOOP_POSITION, SCENE_COUPLING, SECOND_ORDER
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.fidelity]
 
 
 def test_second_order_from_any_twist() -> None:

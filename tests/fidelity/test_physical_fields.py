@@ -21,7 +21,7 @@ from nhtrack.simulation.scene import Payload, SceneSpec, make_scene
 from nhtrack.studies.run.run import simulate
 from tolerances import HAND
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.fidelity]
 
 ONE = SceneSpec(("robot",))
 DT = 0.01  # control period [s]

@@ -17,6 +17,8 @@ from nhtrack.robots.diff_drive import DiffDrive
 from nhtrack.simulation.scene import Scene, SceneSpec, make_scene
 from tolerances import MASS_MATRIX
 
+pytestmark = pytest.mark.fidelity
+
 MOTIONS = np.random.default_rng(2024).uniform(-1, 1, (12, 5))
 """Twelve motions (theta, v, omega, u_x, u_theta), in shares of `most`."""
 

@@ -23,7 +23,7 @@ from nhtrack.simulation.mujoco import MujocoSimulation
 from nhtrack.simulation.scene import Scene, SceneSpec, make_scene
 from slip_model import GRAVITY, HELD, SlipRobot, SlipRun, implicit_step, simulate
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.fidelity]
 
 # -- the second engine against closed forms --------------------------------------------------------
 

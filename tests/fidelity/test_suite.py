@@ -16,6 +16,8 @@ from nhtrack.studies.fidelity import suite
 from nhtrack.studies.fidelity.bench import Bench, Finding
 from nhtrack.terminal import app
 
+pytestmark = pytest.mark.fidelity
+
 
 @pytest.fixture(autouse=True)
 def _in_a_folder_of_its_own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

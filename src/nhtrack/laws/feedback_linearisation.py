@@ -18,7 +18,7 @@ turning rates w_y/v_min that a control period cannot follow; too small a one and
 
 Assumes: p_r'' as commanded. Needs: |v_r| above v_min. Claims: exponential tracking of p_r while |v| > v_min; the
 heading follows from the direction of p', so at a leader at rest it is left over.
-Checked: tests/property/test_baselines.py (`test_feedback_linearisation_...`).
+Checked: tests/laws/test_baselines.py (`test_feedback_linearisation_...`).
 """
 
 from __future__ import annotations

@@ -17,7 +17,7 @@ lower V.
 
 Assumes: v_r, omega_r and their derivatives bounded. Needs: v_r or omega_r that does not tend to zero. Claims:
 global asymptotic tracking then. With the leader at rest e_x and e_theta vanish and e_y stays.
-Checked: tests/property/test_baselines.py (`test_jiang_nijmeijer_...`).
+Checked: tests/laws/test_baselines.py (`test_jiang_nijmeijer_...`).
 """
 
 from __future__ import annotations

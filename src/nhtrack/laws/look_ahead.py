@@ -12,7 +12,7 @@ Assumes: velocities that the robot takes at once (here after the inner loop has 
 point; v_r > 0 for the heading, which z does not determine: on target `e_theta' = omega_r (1 - cos e_theta)
 - (v_r/d) sin e_theta`, so it aligns behind a leader that drives forward, turns away from one in reverse, and stays
 where it is with one at rest, which leaves the axle up to 2 d from its place.
-Claims: global exponential stability of z - z_r. Checked: tests/property/test_baselines.py (`test_look_ahead_...`).
+Claims: global exponential stability of z - z_r. Checked: tests/laws/test_baselines.py (`test_look_ahead_...`).
 """
 
 from __future__ import annotations

@@ -10,7 +10,7 @@ bracket [xi_1, xi_01], `-omega_1 v_y01`, which the paper's own general form has 
 Assumes: states measured without error; leader without lateral velocity (another leader's is taken in by the adjoint
 attitude and the relative velocity). Claims, as printed: global asymptotic tracking of any reference. What holds: with
 the leader at rest, alignment from almost every start where k > 2 (1 + ke/kp) and kd >= 2 sqrt(kp); with a moving leader
-a limit cycle around it remains (tests/property/test_laws.py; docs/theory.md).
+a limit cycle around it remains (tests/laws/test_claims.py; docs/theory.md).
 """
 
 from __future__ import annotations

@@ -7,7 +7,7 @@ the follower's own velocities.
 
 Assumes: a leader at rest (its motion is not looked at); states measured without error. Claims: convergence to the
 leader's pose from any start; needs k > 2 and kd >= 2 sqrt(kp), which the paper does not say
-(tests/property/test_laws.py).
+(tests/laws/test_claims.py).
 """
 
 from __future__ import annotations

@@ -19,7 +19,7 @@ be below 1); then the brake of the heading follows sqrt(alpha (|e| - e_0/2)) ins
 Sources: adjoint velocity of the paper (Lemma 4); vector-field orientation, M. Michalek and K. Kozlowski, IEEE
 Transactions on Control Systems Technology 18(1), 2010. Assumes: states measured without error, the leader's
 acceleration known. Claims: the follower ends within the docking radius of its leader, and on it where the leader
-keeps moving (tests/property/test_universal.py). What is proved and what is measured: docs/theory.md.
+keeps moving (tests/laws/test_universal.py). What is proved and what is measured: docs/theory.md.
 """
 
 from __future__ import annotations

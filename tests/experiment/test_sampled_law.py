@@ -22,6 +22,8 @@ from nhtrack.experiment.loop import Rollout, rollout
 from nhtrack.laws import Law
 from nhtrack.simulation.ideal import IdealSimulation
 
+pytestmark = pytest.mark.property
+
 PI = math.pi
 PAPER = ["example1", "example2", "example3_pi", "example3_minus_pi"]
 

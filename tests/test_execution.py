@@ -18,7 +18,7 @@ from nhtrack.execution import Executor, Processes, WorkerError, serial
 _PARENT = """
 import sys
 sys.path.insert(0, {tests!r})
-from unit.test_execution import report_and_sleep
+from test_execution import report_and_sleep
 from nhtrack.execution import Processes
 if __name__ == "__main__":
     for _ in Processes(2)([{folder!r}, {folder!r}], report_and_sleep):
@@ -84,7 +84,7 @@ def test_no_process_outlives_the_one_it_works_for(how: int, tmp_path: Path) -> N
     script = tmp_path / "parent.py"
     workers = tmp_path / "workers"
     workers.mkdir()
-    script.write_text(_PARENT.format(tests=str(Path(__file__).parents[1]), folder=str(workers)))
+    script.write_text(_PARENT.format(tests=str(Path(__file__).parents[0]), folder=str(workers)))
     parent = subprocess.Popen([sys.executable, str(script)])
     _wait_for(lambda: len(list(workers.iterdir())) == 2)
     parent.send_signal(how)

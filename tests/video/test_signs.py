@@ -32,6 +32,8 @@ from nhtrack.video import (
 )
 from recordings import HALF_SEPARATION
 
+pytestmark = pytest.mark.render
+
 # --- twins, slots, wheels and skid marks ------------------------------------------------------------------------------
 
 

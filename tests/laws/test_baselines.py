@@ -25,6 +25,8 @@ from nhtrack.simulation.ideal import IdealSimulation, propagate
 from nhtrack.simulation.state import State
 from nhtrack.studies.run.run import simulate
 
+pytestmark = pytest.mark.property
+
 PI = math.pi
 EPS = 2.0**-52
 

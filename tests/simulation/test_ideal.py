@@ -22,6 +22,8 @@ from nhtrack.simulation.ideal import IdealSimulation, propagate
 from nhtrack.simulation.state import Simulation, State
 from simulation_contract import SimulationContract
 
+pytestmark = pytest.mark.property
+
 
 class Motion(NamedTuple):
     """One robot over one control period of dt [s]: pose (3,), twist (3,), input (2,)."""

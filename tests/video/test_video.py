@@ -39,6 +39,8 @@ from nhtrack.video import (
 )
 from recordings import synthetic_recording
 
+pytestmark = pytest.mark.render
+
 DRAFT = look.QUALITIES["draft"]
 
 # --- times and states -------------------------------------------------------------------------------------------------

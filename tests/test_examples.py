@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[1]
 EXAMPLE = ROOT / "examples/write_a_law"
 PAGE = (ROOT / "docs/how-to/own_law.md").read_text(encoding="utf-8")
 

@@ -20,6 +20,8 @@ from nhtrack.network import Network, equal_weights
 from nhtrack.simulation.state import State
 from watching import watch
 
+pytestmark = pytest.mark.property
+
 PI = math.pi
 STEP = 1e-4  # [s] of the central differences
 TWISTS, TRANSFORMS = ("convex", "exact"), ("printed", "exact")

@@ -14,7 +14,7 @@ import pytest
 
 import nhtrack
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[1]
 
 # Imported in a process of its own: this one may have imported anything by now.
 PROBE = """

@@ -17,7 +17,7 @@ from reports import whole_recording, write_pictures, write_report
 if TYPE_CHECKING:
     from playwright.sync_api import Browser
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.browser]
 
 MOST_BYTES = 15e6  # of 64 robots without a film
 FIRST_PLOT = 3.0  # [s] that 64 robots may take on a machine with nothing else to do, as processor time of the page

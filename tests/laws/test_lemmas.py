@@ -18,6 +18,8 @@ from nhtrack.laws.contract import Leader as OneLeader
 from nhtrack.laws.relative_motion import Relative, adjoint_attitude, relative_motion
 from nhtrack.simulation.ideal import propagate
 
+pytestmark = pytest.mark.property
+
 PI = math.pi
 STEP = 1e-4  # [s] of the central differences
 

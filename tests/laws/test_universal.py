@@ -31,6 +31,8 @@ from nhtrack.simulation.state import State
 from nhtrack.studies.feasibility.run import ideal_motion
 from watching import LAWS, watch
 
+pytestmark = pytest.mark.property
+
 PI = math.pi
 LAW = Universal(
     k1=16.0, k2=8.0, k3=6.0, c=0.5, m=1.5, field_speed=2.0, turn_rate=4.0, dock_radius=0.005, dock_speed=0.02

@@ -24,6 +24,8 @@ from nhtrack.simulation.ideal import IdealSimulation
 from nhtrack.simulation.state import State
 from watching import watch
 
+pytestmark = pytest.mark.property
+
 PI = math.pi
 DT = 0.02
 LAW = Published(4.0, 6.0, 2.0, 7.0, dead_zone_length=1e-9, dead_zone_speed=1e-9)

@@ -24,7 +24,7 @@ from nhtrack.video import typography as letters
 from nhtrack.video.together import together
 from recordings import robot_names, synthetic_recording
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.render]
 
 # A heading through half of its quaternion, and a position copied: a few roundings.
 COPIED = 1e-12

@@ -17,6 +17,8 @@ import tolerances as tol
 from angles import ANY_ANGLES, BRANCH, LOG_ANGLES, log_poses, poses, triples, twists
 from nhtrack import se2
 
+pytestmark = pytest.mark.property
+
 PI = math.pi
 UNARY = [
     se2.inverse, se2.exp, se2.log, se2.hat, se2.matrix, se2.Ad_matrix, se2.ad_matrix, se2.right_jacobian,

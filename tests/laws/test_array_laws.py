@@ -19,6 +19,8 @@ from reference import laws as arrays
 from reference.laws import virtual_leader as array_leaders
 from reference.laws.baselines.view import sinc as array_sinc
 
+pytestmark = pytest.mark.property
+
 PI = math.pi
 PERIOD = 0.01  # [s]
 

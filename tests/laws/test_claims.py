@@ -24,6 +24,8 @@ from nhtrack.network import Network
 from nhtrack.simulation.ideal import IdealSimulation
 from nhtrack.simulation.state import State
 
+pytestmark = pytest.mark.property
+
 PI = math.pi
 AnyLaw = Published | Stabiliser
 EXAMPLES: list[AnyLaw] = [

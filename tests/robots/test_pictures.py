@@ -16,7 +16,7 @@ import pytest
 
 from nhtrack import assets
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.render]
 
 MODELS = Path(__file__).resolve().parents[2] / "models"
 COLOURS = {"blue": (0.0, 0.45, 0.70), "orange": (0.84, 0.37, 0.0), "green": (0.0, 0.62, 0.45)}

@@ -15,7 +15,7 @@ from nhtrack.studies.campaign.report import Account, write
 from nhtrack.studies.campaign.tables import cells_of
 from opened import FITS, PLOTS_FIT, Opened, Opener
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.browser]
 
 PAGES = ("run", "comparison", "campaign", "paper", "fidelity")
 WIDE = ("comparison", "paper")  # whose tables are wider than a sheet: all of the page is printed smaller

@@ -11,7 +11,7 @@ import pytest
 from nhtrack import plots
 from recordings import synthetic_recording
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.render]
 
 CROWD = 9  # followers that are drawn as bands
 
