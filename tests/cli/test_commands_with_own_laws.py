@@ -121,10 +121,11 @@ def test_a_law_as_python_says_so_once_and_keeps_its_recording_when_it_breaks_dow
     text, first = Path("my_law.py").read_text(encoding="utf-8"), "    v, omega = velocities"
     breaks = f"    import json\n    assert follower.x < 0.5 or gains.k_x != 1, 'too far'\n{first}"
     Path("my_law.py").write_text(text.replace(first, breaks), encoding="utf-8")
-    tuned = nhtrack("tune", "my_scenario.yaml", "--budget", "8", "--set", "duration=1").output
+    tuned = nhtrack("tune", "my_scenario.yaml", "--budget", "8", code=3).output
+    asked = nhtrack("feasibility", "my_scenario.yaml", code=3).output
     said = nhtrack("run", "my_scenario.yaml", *QUIET, "--out", "out", code=3).output
-    for each in (tuned, said):
+    for each in (tuned, asked, said):
         assert each.count("law 'my_law' runs as Python, each call some 250 times slower") == 1
-    assert "AssertionError: too far" in said
-    assert "my_law.py:51): robot 'follower' at t = " in said
+        assert "AssertionError: too far" in each
+        assert "my_law.py:51): robot 'follower' at t = " in each
     assert Recording.load("out/recording.nc").outcome.startswith("diverged")

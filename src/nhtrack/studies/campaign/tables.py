@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from scipy.stats import binomtest
 
 from nhtrack.files.atomic import atomic_path
 from nhtrack.studies.campaign.cell import Cell
@@ -103,5 +102,7 @@ def save_cells(cells: pd.DataFrame, path: Path) -> Path:
 
 def _wilson(converged: pd.Series) -> tuple[float, float]:
     """Returns the Wilson interval of a share at 95 % (E. B. Wilson, J. Am. Stat. Assoc. 22, 1927)."""
+    from scipy.stats import binomtest  # only here: it takes a second to import
+
     found = binomtest(int(converged.sum()), len(converged)).proportion_ci(0.95, method="wilson")
     return float(found.low), float(found.high)

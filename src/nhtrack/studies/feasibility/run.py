@@ -182,11 +182,17 @@ def _worst(scenario: Scenario, drive: DiffDrive, progress: Progress | None) -> B
 
 
 def ideal_motion(experiment: Experiment, progress: Progress | None = None) -> tuple[Rollout, bool]:
-    """Returns the run of an experiment on the ideal model, without telemetry, and whether a robot ran away."""
+    """Returns the run of an experiment on the ideal model, without telemetry, and whether a robot ran away.
+
+    Raises:
+        SimulationDiverged: the law raised an exception.
+    """
     simulation = IdealSimulation(experiment.network.names, None, experiment.dt, keep_going=True)
     run = experiment.rollout(simulation, progress)
     if run.interrupted:
         raise KeyboardInterrupt
+    if run.failure is not None:
+        raise run.failure
     return run, bool(simulation.lost.any())
 
 

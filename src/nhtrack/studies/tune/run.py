@@ -16,7 +16,6 @@ from typing import NamedTuple
 
 import numpy as np
 from scipy.special import ndtri
-from scipy.stats import qmc
 
 from nhtrack.analysis.demand import robots_with_wheels
 from nhtrack.arrays import Array
@@ -258,6 +257,8 @@ class _Box:
 
     def _draw(self, count: int, place: Callable[[Array], Array]) -> Array:
         """Returns the first candidates of the sequence that are allowed, shape (count, d)."""
+        from scipy.stats import qmc  # only here: it takes a second to import
+
         sobol, kept = qmc.Sobol(len(self.names), scramble=True, rng=self._random), list[Array]()
         power = math.ceil(math.log2(max(count, 2)))
         for doubling in range(_DOUBLINGS):
@@ -313,6 +314,8 @@ class _Trial:
         run = experiment.rollout(simulation, progress, batch=(len(batch),))
         if run.interrupted:
             raise KeyboardInterrupt
+        if run.failure is not None:  # of the law itself; a robot that runs away is a candidate that is lost
+            raise run.failure
         bodies = list(robots_with_wheels(experiment).values())
         margin = scenario.similarity.friction_margin
         figures = figures_of(run, bodies, self._drive, experiment.scene.ground, margin)
