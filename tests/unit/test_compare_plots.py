@@ -14,6 +14,7 @@ from matplotlib.patches import Polygon
 from nhtrack import se2
 from nhtrack.plots.compare import overlay
 from nhtrack.plots.names import Path, name_paths, spread
+from nhtrack.plots.style import column_styled
 from nhtrack.recording import Recording
 from nhtrack.simulation.palette import ROOT, robot_colour
 from nhtrack.study.comparison import room_of
@@ -109,7 +110,7 @@ def test_a_name_stands_where_it_covers_no_line(side: float) -> None:
     axes.set(xlim=(0, 1), ylim=(0, 1))
     x = np.linspace(0, 1, 50)
     own, *others = (np.stack([x, np.full(50, 0.5 + side * up)], axis=-1)[:, None] for up in (0.0, 0.02, 0.03))
-    name_paths(axes, {"own": Path(own, "#000000")}, others)
+    column_styled(name_paths)(axes, {"own": Path(own, "#000000")}, others)
     (name,) = axes.texts
     assert (name.get_position()[1] - 0.5) * side < 0
 
