@@ -68,11 +68,11 @@ def test_ideal_backend_is_the_sampled_law_integrated_by_scipy(name: str) -> None
     experiment = build(scenario(name))
     law, branch = paper_law(experiment.law), independent.Branch(0.25)
     robots = [robots_at_start(experiment)]
-    for u_0 in experiment.inputs[:150]:
+    for u_0 in experiment.inputs[:400]:
         leader, follower = robots[-1]
         u = np.array([u_0, law(follower, leader, u_0, branch)])
         robots.append(independent.integrate(robots[-1], u, experiment.dt))
-    expected, done = np.array(robots), {key: values[:151] for key, values in run(name).variables.items()}
+    expected, done = np.array(robots), {key: values[:401] for key, values in run(name).variables.items()}
     path = path_length(expected[..., :2])
     error = np.abs(done["pose"] - expected[..., :3]).max(axis=0)
     assert (error[:, :2].max(axis=-1) <= tol.CLOSED_LOOP * path).all(), error

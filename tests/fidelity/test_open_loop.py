@@ -20,8 +20,8 @@ def test_second_order_from_any_twist() -> None:
     start = state(((0, 0, 0), (0.2, 0.5)), ((1, 2, 2.5), (-0.1, -0.5)), ((-1, 0.4, -8), (0, 2)))
     simulations = [make_simulation(SceneSpec(("a", "b", "c"), timestep=h)) for h in (0.002, 0.001)]
     coarse, fine = open_loop_errors(simulations, weaving, 3.0, start)
-    assert np.log2(coarse.position / fine.position) >= SECOND_ORDER
-    assert np.log2(coarse.heading / fine.heading) >= SECOND_ORDER
+    assert 2.1 > np.log2(coarse.position / fine.position) >= SECOND_ORDER
+    assert 2.1 > np.log2(coarse.heading / fine.heading) >= SECOND_ORDER
 
 
 def test_commands_held_at_100_hz() -> None:

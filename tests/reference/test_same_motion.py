@@ -59,6 +59,7 @@ def test_crowd_begins_as_on_the_array_code() -> None:
     require_same(differences(load(CROWD).model_copy(update={"backend": "ideal"}), CROWD_PERIODS))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("law", "twist"), [*((law, "exact") for law in LAWS), ("published", "printed")])
 def test_law_moves_ideal_robots_as_the_array_law(law: str, twist: str) -> None:
     """Four robots in formation, one with two parents, and all its displaced and folded leaders."""

@@ -186,22 +186,6 @@ def test_the_picture_in_the_readme_can_be_drawn_again(name: str, drawn: Path) ->
     assert np.abs(again.astype(float) - kept).mean() < 5  # of 255: same view, same light, whichever driver
 
 
-# nh_mini --------------------------------------------------------------------------------------------------------------
-
-
-def test_the_arrow_of_nh_mini_is_white_and_ahead(drawn: Path) -> None:
-    seen = look(drawn, "nh_mini")
-    coarse = seen.pictures["above"].reshape(80, 5, 80, 5, 3).mean(axis=(1, 3))  # a robot is 10 pixels long
-    for index in range(3):
-        x, y = seen.place(index)
-        row, column = round(39.5 - 80 * y), round(39.5 + 80 * x)
-        robot = coarse[row - 3 : row + 4, column - 4 : column + 5]
-        whiteness = np.where(np.ptp(robot, axis=-1) < 0.35, robot.min(axis=-1), 0.0)
-        ahead, behind = whiteness[1:-1, 5:].max(), whiteness[1:-1, :4].max()
-        assert ahead > 0.7, index
-        assert ahead > behind + 0.2, index
-
-
 # the arena ------------------------------------------------------------------------------------------------------------
 
 

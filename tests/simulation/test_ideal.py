@@ -85,6 +85,7 @@ def step_ideal(motion: Motion) -> State:
 # -- the flow ---------------------------------------------------------------------------------------
 
 
+@settings(max_examples=40)
 @given(motions())
 @example(Motion(np.array([0.0, 0.0, math.pi]), np.array([1.0, 0.0, -3.0]), np.array([1.0, 3.0]), 1.0))
 def test_step_equals_scipy(motion: Motion) -> None:

@@ -13,7 +13,8 @@ from matplotlib.patches import Polygon
 
 from nhtrack import se2
 from nhtrack.colours import ROOT, robot_colour
-from nhtrack.plots.names import spread
+from nhtrack.plots.names import Path, name_paths, spread
+from nhtrack.plots.style import column_styled
 from nhtrack.recording import Recording
 from nhtrack.studies.compare.figure import overlay
 from nhtrack.studies.compare.result import room_of
@@ -100,6 +101,18 @@ def test_names_stand_beside_their_curves_and_not_upon_each_other(laws: int, foll
         box = text.get_window_extent()
         assert frame.x0 <= box.x0
         assert box.x1 <= frame.x1
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_a_name_stands_where_it_covers_no_line(side: float) -> None:
+    """A line of its own so near to others, above or below, that its name would lie upon them."""
+    axes = Figure().subplots()
+    axes.set(xlim=(0, 1), ylim=(0, 1))
+    x = np.linspace(0, 1, 50)
+    own, *others = (np.stack([x, np.full(50, 0.5 + side * up)], axis=-1)[:, None] for up in (0.0, 0.02, 0.03))
+    column_styled(name_paths)(axes, {"own": Path(own, "#000000")}, others)
+    (name,) = axes.texts
+    assert (name.get_position()[1] - 0.5) * side < 0
 
 
 def test_a_law_that_diverged_is_drawn_as_far_as_it_makes_sense() -> None:

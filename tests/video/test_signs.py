@@ -82,10 +82,13 @@ def test_skid_marks_lie_where_a_sliding_wheel_went():
         assert before.points[1] == pytest.approx(after.points[0])
 
 
-def test_many_skid_marks_are_thinned():
+@pytest.mark.parametrize("every", [1, 2])
+def test_many_skid_marks_are_thinned(every):
+    """Those of wheels that slide all the time, and of wheels that chatter."""
     recording = parted(samples=2001)
-    recording.dataset["friction_utilisation"][:] = 1.0
     recording.dataset["longitudinal_slip"][:] = 1.0
+    recording.dataset["friction_utilisation"][:] = 0.0
+    recording.dataset["friction_utilisation"][::every] = 1.0
     assert 0.5 * timeline._SKIDS < len(line_of(recording).skids) < 1.1 * timeline._SKIDS
 
 
@@ -157,8 +160,6 @@ def test_robots_look_the_same_with_materials_of_their_own_and_with_shared_ones()
         looks.append([*shown, model.mat_shininess[model.geom_matid]])
     for own, shared in zip(*looks, strict=True):
         np.testing.assert_array_equal(own, shared)
-    count = [make_scene(SceneSpec(tuple(f"r{k}" for k in range(n))), share_materials=True).model.nmat for n in (9, 18)]
-    assert count[0] == count[1]
 
 
 def test_a_fleet_s_discs_leave_their_neighbours_places_and_its_robots_their_small_parts():
@@ -429,14 +430,6 @@ def test_narrow_pictures_have_a_map(size):
     line = line_of(recording)
     plain = np.zeros((*size[::-1], 3), np.uint8)
     assert overlay.Overlay(recording, line, size).write(plain, 0).shape == plain.shape
-
-
-def test_chattering_wheels_leave_few_marks():
-    recording = parted(samples=2001)
-    recording.dataset["longitudinal_slip"][:] = 1.0
-    recording.dataset["friction_utilisation"][:] = 0.0
-    recording.dataset["friction_utilisation"][::2] = 1.0
-    assert len(timeline._skids(recording)) < 1.1 * timeline._SKIDS
 
 
 # --- live plot, legend, map -------------------------------------------------------------------------------------------

@@ -6,13 +6,12 @@ import multiprocessing
 from dataclasses import replace
 
 import imageio_ffmpeg
-import mujoco
 import numpy as np
 import pytest
 from PIL import Image
 
 from films import SMALL, film, filmable, line_of, parted, pixels_of, projected
-from nhtrack import gl, se2, video
+from nhtrack import gl, video
 from nhtrack.errors import RecordingError, RenderError, RobotError
 from nhtrack.simulation.scene import SceneSpec, make_scene
 from nhtrack.video import (
@@ -402,17 +401,3 @@ def test_missing_ffmpeg_stops_before_any_work(tmp_path, monkeypatch):
 def test_recording_without_a_scene_cannot_be_filmed():
     with pytest.raises(RecordingError, match="which scene"):
         next(video.frames(synthetic_recording(samples=5)))
-
-
-def test_scene_and_recording_agree_on_the_pose():
-    recording = filmable(samples=21)
-    scene, line, _ = film(recording)
-    data = mujoco.MjData(scene.model)
-    data.qpos[:] = line.qpos[7]
-    mujoco.mj_kinematics(scene.model, data)
-    for place, address in enumerate(scene.addresses.root_qpos):
-        x, y, _, w, _, _, z = data.qpos[address : address + 7]
-        found = np.array([x, y, 2 * np.arctan2(z, w)])
-        difference = np.asarray(se2.between(line.pose[7, place], found))
-        assert np.asarray(se2.wrap(difference[2:])) == pytest.approx(0.0, abs=1e-12)
-        assert difference[:2] == pytest.approx(0.0, abs=1e-12)

@@ -6,6 +6,7 @@
 
 from __future__ import annotations
 
+import signal
 import warnings
 from typing import Annotated, Any, NoReturn
 
@@ -60,7 +61,8 @@ app = typer.Typer(
 
 
 def main() -> None:
-    """Runs the command line."""
+    """Runs the command line; what is asked to end (SIGTERM) ends as if interrupted, and keeps what it has."""
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
     gl.withhold()
     warnings.filterwarnings("ignore", "law .* runs as Python")  # the commands say it themselves
     app()

@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-import os
 import shlex
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import replace
-from multiprocessing import get_context
 from pathlib import Path
 from typing import NamedTuple, TypeAlias
 
 from nhtrack import assets
 from nhtrack.errors import SimulationDiverged
+from nhtrack.execution import Processes
 from nhtrack.experiment.loop import Progress
 from nhtrack.files.folder import save_json
 from nhtrack.studies.fidelity import closed_loop, conservation, friction, model, open_loop, slip
@@ -95,24 +93,13 @@ def run(wanted: list[Task], progress: Progress | None = None, processes: int | N
         progress: called with the tasks done and their number.
         processes: how many at once.
     """
+    order = sorted(wanted, key=lambda task: task.check not in _LONGEST_FIRST)
     found: dict[Task, tuple[Finding, ...]] = {}
-    for task, findings in _measured(wanted, min(processes or os.cpu_count() or 1, len(wanted))):
-        found[task] = findings
+    for place, findings in Processes(processes)(order, measure):
+        found[order[place]] = findings
         if progress is not None:
             progress(len(found), len(wanted))
     return [finding for task in wanted for finding in found[task]]
-
-
-def _measured(wanted: list[Task], processes: int) -> Iterator[tuple[Task, tuple[Finding, ...]]]:
-    """Yields tasks with their findings as they are measured; what a single process would do is done in this one."""
-    if processes <= 1:
-        yield from ((task, measure(task)) for task in wanted)
-        return
-    with ProcessPoolExecutor(processes, mp_context=get_context("spawn")) as pool:
-        order = sorted(wanted, key=lambda task: task.check not in _LONGEST_FIRST)
-        futures = {pool.submit(measure, task): task for task in order}
-        for future in as_completed(futures):
-            yield futures[future], future.result()
 
 
 def save(findings: Sequence[Finding], wanted: Sequence[Task], folder: Path) -> list[Path]:
