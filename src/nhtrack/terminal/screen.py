@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import sys
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
@@ -16,11 +15,6 @@ if TYPE_CHECKING:
 
 # Called with the work done and the whole of it.
 Report: TypeAlias = Callable[[int, int], None]
-
-
-def cores() -> int:
-    """Returns how many processes work side by side where nothing else is said."""
-    return os.cpu_count() or 1
 
 
 def screen() -> Console:

@@ -8,18 +8,10 @@ from typing import TYPE_CHECKING, Annotated, TypeAlias
 
 import typer
 
+from nhtrack.execution import cores
 from nhtrack.terminal.app import EXIT_DIVERGED, EXIT_INTERRUPTED, app, fail
 from nhtrack.terminal.options import Backend, Pdf, load_scenario
-from nhtrack.terminal.screen import (
-    cores,
-    escape,
-    make_table,
-    progress_bars,
-    screen,
-    show_metres,
-    show_quantity,
-    show_share,
-)
+from nhtrack.terminal.screen import escape, make_table, progress_bars, screen, show_metres, show_quantity, show_share
 
 if TYPE_CHECKING:
     from rich.console import Console

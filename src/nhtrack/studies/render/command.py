@@ -9,8 +9,9 @@ from typing import Annotated
 
 import typer
 
+from nhtrack.execution import cores
 from nhtrack.terminal.app import app, fail
-from nhtrack.terminal.screen import cores, progress_bars
+from nhtrack.terminal.screen import progress_bars
 
 
 class Camera(StrEnum):

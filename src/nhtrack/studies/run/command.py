@@ -7,9 +7,10 @@ from typing import Annotated
 
 import typer
 
+from nhtrack.execution import cores
 from nhtrack.terminal.app import EXIT_DIVERGED, EXIT_INTERRUPTED, app, fail
 from nhtrack.terminal.options import Backend, Changes, Pdf, load_scenario
-from nhtrack.terminal.screen import cores, progress_bars, screen
+from nhtrack.terminal.screen import progress_bars, screen
 
 
 @app.command()
