@@ -14,10 +14,10 @@ from typer.testing import CliRunner, Result
 
 import nhtrack
 from nhtrack import assets
+from nhtrack.cli import app
 from nhtrack.errors import RobotError, SimulationDiverged
 from nhtrack.experiment.load import load
 from nhtrack.recording import Recording
-from nhtrack.terminal import app
 
 
 def invoke(*arguments: object) -> Result:
@@ -37,10 +37,10 @@ PICTURES = {"matplotlib", "plotly", "jinja2", "imageio", "PIL", "networkx"}
 RUN = ["run", "tour/hello", "--backend", "ideal", "--set", "duration=0.1", "--no-video", "--no-figures"]
 # One after the other in one process, each with what is not imported after it.
 WORK = [
-    ("nhtrack.terminal.app(['run', '--help'], standalone_mode=False)", HEAVY | PICTURES),
+    ("nhtrack.cli.app(['run', '--help'], standalone_mode=False)", HEAVY | PICTURES),
     ("import nhtrack.studies.run.run", {"xarray", "pandas", *PICTURES}),
-    (f"nhtrack.terminal.app({[*RUN, '--no-report']}, standalone_mode=False)", PICTURES),
-    (f"nhtrack.terminal.app({RUN}, standalone_mode=False)", {"matplotlib", "imageio", "networkx"}),
+    (f"nhtrack.cli.app({[*RUN, '--no-report']}, standalone_mode=False)", PICTURES),
+    (f"nhtrack.cli.app({RUN}, standalone_mode=False)", {"matplotlib", "imageio", "networkx"}),
 ]
 PROBE = """
 {work}

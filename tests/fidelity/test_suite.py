@@ -10,11 +10,11 @@ import pytest
 from typer.testing import CliRunner
 
 from nhtrack import assets
+from nhtrack.cli import app
 from nhtrack.errors import SimulationDiverged
 from nhtrack.simulation.scene import Scene
 from nhtrack.studies.fidelity import suite
 from nhtrack.studies.fidelity.bench import Bench, Finding
-from nhtrack.terminal import app
 
 pytestmark = pytest.mark.fidelity
 

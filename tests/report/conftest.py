@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING
 import pytest
 from typer.testing import CliRunner
 
+from nhtrack.cli import app
 from nhtrack.recording import Recording
 from nhtrack.studies.fidelity.bench import Finding
 from nhtrack.studies.fidelity.report import write
-from nhtrack.terminal import app
 from opened import Opened, Opener
 from reports import CASE, WILD, whole_recording, write_report
 

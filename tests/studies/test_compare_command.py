@@ -8,10 +8,10 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner, Result
 
+from nhtrack.cli import app
 from nhtrack.experiment.load import load
 from nhtrack.recording import Recording
 from nhtrack.studies.compare import run as study
-from nhtrack.terminal import app
 from reports import CASE, WILD
 
 QUIET = ("--no-video", "--no-figures", "--no-report")

@@ -251,7 +251,7 @@ def test_a_recording_carries_the_number() -> None:
 
 def test_until_it_is_found_there_is_no_number() -> None:
     for use in (build, lambda scenario: scenario.periods):
-        with pytest.raises(TypeError, match=r"auto becomes a number by nhtrack\.study\.feasibility\.with_time"):
+        with pytest.raises(TypeError, match=r"auto becomes a number by nhtrack\.studies\.feasibility\.run\.with_time"):
             use(case())
 
 

@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner, Result
 
+from nhtrack.cli import app
 from nhtrack.experiment.load import load
 from nhtrack.recording import Recording
-from nhtrack.terminal import app
 
 CASE = """\
 # A case of its own.

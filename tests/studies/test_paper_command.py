@@ -12,10 +12,10 @@ import pytest
 from typer.testing import CliRunner, Result
 
 from elements import Elements
+from nhtrack.cli import app
 from nhtrack.experiment.load import load
 from nhtrack.recording import Recording
 from nhtrack.studies.paper.run import EXAMPLES
-from nhtrack.terminal import app
 from recordings import synthetic_recording
 
 VERSIONS = {"nhtrack": "0", "mujoco": "0"}
