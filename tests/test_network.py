@@ -39,6 +39,7 @@ def test_the_root_comes_first_wherever_it_stands() -> None:
     assert network.parents == ((), (2,), (0,))
 
 
+@pytest.mark.slow
 @settings(max_examples=50)
 @given(networks())
 def test_levels_are_longest_ways_from_the_root(parents: dict[str, list[str]]) -> None:

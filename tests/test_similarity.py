@@ -48,6 +48,7 @@ def test_scenario_and_robot_are_inverse(length: float, time: float) -> None:
     np.testing.assert_allclose(there.inverse.inputs_to_robot(u), there.inputs_to_scenario(u), rtol=tol.ALGEBRA)
 
 
+@pytest.mark.slow
 @given(factors, factors)
 def test_a_uniformly_accelerated_robot_scales(length: float, time: float) -> None:
     """x = v t + u t^2/2 and theta alike hold on both sides: velocity, input and time scale consistently."""

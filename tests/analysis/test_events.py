@@ -314,6 +314,7 @@ clocks = st.integers(1, 60).flatmap(
 )
 
 
+@pytest.mark.slow
 @given(clocks)
 def test_spells_less_than_a_gap_apart_are_one_event_and_others_are_not(drawn: tuple[list[int], list[bool]]) -> None:
     ticks = np.cumsum([0, *drawn[0]])
@@ -329,6 +330,7 @@ def test_spells_less_than_a_gap_apart_are_one_event_and_others_are_not(drawn: tu
     assert [(rows.start, rows.stop - 1) for rows in found] == [(rows[0], rows[-1]) for rows in expected]
 
 
+@pytest.mark.slow
 @given(clocks, st.integers(0, 200))
 def test_spells_that_are_too_short_are_left_out_whole(drawn: tuple[list[int], list[bool]], shortest: int) -> None:
     ticks = np.cumsum([0, *drawn[0]])

@@ -170,6 +170,7 @@ def test_a_planar_base_and_motors_with_one_limit() -> None:
     assert spec == SceneSpec(("leader", "follower"), base="planar", no_load_speed=30.0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("offset", "stands"),
     [
@@ -311,6 +312,7 @@ def leaves(tree: Any, path: tuple[str | int, ...] = ()) -> list[tuple[str | int,
     return [path]
 
 
+@pytest.mark.slow
 @settings(max_examples=40)
 @given(st.data())
 def test_an_override_changes_one_leaf_and_nothing_else(data: st.DataObject) -> None:
@@ -415,6 +417,7 @@ anything = st.recursive(
 )
 
 
+@pytest.mark.slow
 @settings(max_examples=50)
 @given(st.sampled_from(["leader", "followers", "similarity", "physics", "duration", "control_rate", "robot"]), anything)
 def test_nothing_that_a_key_may_hold_brings_down_a_check(key: str, value: Any) -> None:

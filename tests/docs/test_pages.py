@@ -119,6 +119,7 @@ def test_a_law_alone_has_every_figure_of_its_table(convergence):
         assert row["worst start"] == str(cell["worst_start"])
 
 
+@pytest.mark.slow
 def test_many_laws_are_compared_first_and_folded_away(convergence):
     cells = measured(convergence, "rivals_ideal", LAWS, lost=0.2)
     convergence.main()

@@ -49,6 +49,7 @@ def test_what_is_explained_is_broken_and_one_thing_only(findings: list[Finding])
     assert not any(finding.ok for finding in explained)
 
 
+@pytest.mark.slow
 def test_the_quick_checks_keep_their_budgets() -> None:
     assert not broken(suite.run(suite.tasks(["nh_mini"], suite.QUICK), processes=1))
 

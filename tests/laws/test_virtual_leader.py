@@ -102,6 +102,7 @@ def assert_near(found: np.ndarray, expected: np.ndarray, bound: np.ndarray | flo
 # -- folds: the exact twist and acceleration --------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_exact_twist_and_acceleration_are_differences_of_the_fold() -> None:
     """Also with headings about pi apart, on either side of it: the branch is the memory's."""
     first, relative = motions(1), relative_poses()
@@ -348,6 +349,7 @@ def test_displaced_leader_has_no_lateral_velocity(transform: str) -> None:
     np.testing.assert_allclose(se2.rotate(moved.g[:, 2], moved.xi[:, :2]), point, atol=1e3 * tol.ALGEBRA)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("transform", TRANSFORMS)
 def test_offset_zero_leaves_a_leader_on_wheels(transform: str) -> None:
     g, xi, u = motions(1).at(0.0)

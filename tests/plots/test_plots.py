@@ -312,6 +312,7 @@ def test_curves_are_named_where_they_end():
         assert np.diff(heights).min() > 6.5 * figure.dpi / 72  # lines of letters of 6.5 pt
 
 
+@pytest.mark.slow
 def test_a_name_too_long_for_the_page_is_cut():
     recording = synthetic_recording(1, samples=51)
     recording.dataset = recording.dataset.assign_coords(robot=["leader", "w" * 60])
@@ -342,6 +343,7 @@ def test_numbers_have_the_decimals_of_their_steps(places, texts):
     assert [text.translate(letters) for text in Numbers().format_ticks(places)] == texts
 
 
+@pytest.mark.slow
 def test_dollars_in_names_are_letters():
     recording = synthetic_recording(2, samples=51, outcome="diverged: $x$")
     recording.dataset = recording.dataset.assign_coords(robot=["$a", "b$c$", "$\\nonsense{$"])
@@ -381,6 +383,7 @@ GRAPHS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", GRAPHS)
 def test_graph_can_be_read(name):
     parents = GRAPHS[name]
@@ -404,6 +407,7 @@ def test_arrows_go_around_robots_between():
     assert [arrow.get_connectionstyle().rad for arrow in arrows] == [0.0, 0.25, 0.0]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("draw", EVERY_FIGURE)
 @pytest.mark.parametrize("run", RUNS)
 def test_every_axis_has_a_unit(draw, run):
@@ -522,6 +526,7 @@ def test_every_kind_has_its_panel():
         assert any(list(line.get_xdata()) == [80.0, 80.0] for line in axes.lines)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("place", [0, 3])
 def test_names_and_bars_stand_above_the_curves(place):
     recording = with_slides(3, {place: slice(1, 400), 2: slice(200, 600)})

@@ -74,6 +74,7 @@ def test_every_bit_comes_back(loaded: Recording) -> None:
     assert loaded.dataset.attrs == sample().dataset.attrs
 
 
+@pytest.mark.slow
 def test_loaded_twice_and_saved_again_is_the_same(loaded: Recording, tmp_path: Path) -> None:
     again = Recording.load(loaded.save(tmp_path / "recording.nc"))
     assert_same_bits(again.dataset, loaded.dataset)

@@ -49,6 +49,7 @@ formulas = st.recursive(
 PYTHON = {name: getattr(math, name) for name in ("sin", "cos", "tanh")} | {"abs": abs}
 
 
+@pytest.mark.slow
 @given(formulas)
 def test_any_formula_is_bit_for_bit_what_python_makes_of_it(text: str) -> None:
     names = PYTHON | {"where": lambda condition, a, b: a if condition else b}

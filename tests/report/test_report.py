@@ -111,6 +111,7 @@ def test_numbers_that_json_does_not_know_are_none() -> None:
     assert numbers(values, 8) == [[1.2345679, None], [None, 0.0]]
 
 
+@pytest.mark.slow
 def test_a_crowd_becomes_a_band_around_its_median() -> None:
     crowd = whole_recording(9, samples=4501)
     panel = payload(crowd)["panels"][0]

@@ -535,6 +535,7 @@ def own_robot(tmp_path: Path) -> Path:
 
 
 class TestOwnRobot:
+    @pytest.mark.slow
     def test_the_scene_decides_options_and_the_robot_how_it_is_read(self, own_robot: Path) -> None:
         scene = made(SceneSpec(("a",), str(own_robot), timestep=0.0005))
         assert scene.model.opt.timestep == 0.0005

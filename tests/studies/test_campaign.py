@@ -247,6 +247,7 @@ def rows(**columns: object) -> pd.DataFrame:
     return pd.DataFrame(plain | columns, index=range(count))
 
 
+@pytest.mark.slow
 def test_shares_have_the_interval_of_wilson() -> None:
     table = cells_of(rows(converged=[True] * 45 + [False] * 5), {("a", "f"): {"k": 2.0}}, backend="ideal")
     (row,) = table.to_dict("records")

@@ -177,6 +177,7 @@ def test_very_many_starts_are_dots_and_the_few_that_fail_still_darts():
     assert DART_LENGTH * 0.14 * 10 > 5 * widest  # a failure is seen among them
 
 
+@pytest.mark.slow
 def test_the_worst_is_ringed_and_numbered():
     starts = campaign_starts(families=FAMILIES[:2], count=40)
     figure = start_map(starts, LAWS[0], {FAMILIES[1]: 17})
@@ -365,6 +366,7 @@ def test_a_failure_leaves_no_file(tmp_path, monkeypatch):
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.slow
 def test_dollars_in_labels_are_letters():
     """A formula of nonsense could not be drawn."""
     law = "$\\nonsense{$"

@@ -168,6 +168,7 @@ def test_no_text_of_a_user_is_markup(runs: pd.DataFrame) -> None:
     assert json.loads(page.texts["script"][0])["laws"][0]["name"] == HOSTILE
 
 
+@pytest.mark.slow
 def test_the_same_tables_give_the_same_bytes(runs: pd.DataFrame, tmp_path: Path) -> None:
     runs.to_parquet(tmp_path / "runs.parquet")
     assert page_of(runs) == page_of(pd.read_parquet(tmp_path / "runs.parquet"))

@@ -363,6 +363,7 @@ def stopping_at(label: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(study, "simulate", simulate)
 
 
+@pytest.mark.slow
 def test_an_interruption_keeps_the_laws_before_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     stopping_at("samson", monkeypatch)
     found = compare(case("duration=1"), (KANAYAMA, SAMSON, UNIVERSAL), tmp_path, figures=False)

@@ -82,6 +82,7 @@ def test_every_law_is_drawn_where_it_was(laws: int, followers: int) -> None:
     assert all(axes.get_yscale() == "log" for axes in (position, heading))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("laws", "followers"), [(6, 1), (3, 3), (6, 15)])
 def test_names_stand_beside_their_curves_and_not_upon_each_other(laws: int, followers: int) -> None:
     runs = several(laws, followers)

@@ -204,6 +204,7 @@ def test_a_virtual_leader_asks_for_nothing(drive: DiffDrive) -> None:
 # -- time: auto -------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("overrides", "limit"),
     [

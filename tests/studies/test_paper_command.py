@@ -159,6 +159,7 @@ def test_an_unknown_example_is_told_the_known_ones() -> None:
     assert "no Example 7" in " ".join(invoke("--examples", "7").stderr.split())
 
 
+@pytest.mark.slow
 def test_a_missing_or_partial_recording_is_named(tmp_path: Path) -> None:
     result = invoke("--from", tmp_path, "--out", "page", "--examples", "4")
     assert result.exit_code == 1

@@ -52,6 +52,7 @@ def test_a_folder_never_holds_the_files_of_two_runs(tmp_path: Path) -> None:
     assert left == {"recording.nc", "summary.json", "notes.txt"}
 
 
+@pytest.mark.slow
 def test_wheels_are_kept_where_their_ideal_twin_diverges() -> None:
     """Gains beyond what 100 Hz bears: motors hold the wheels back, nothing holds the ideal robot."""
     wild = ["duration=1.5", "law.kp=1e4", "law.kd=3000", "law.k=20"]
@@ -78,6 +79,7 @@ def test_mujoco_gl_is_kept_from_mujoco_but_not_from_pictures(monkeypatch: pytest
         gl.find_backend.cache_clear()
 
 
+@pytest.mark.slow
 def test_figures_that_cannot_be_drawn_are_left_out(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def wild(*_: object, **__: object) -> None:
         raise ValueError("Axis limits cannot be NaN or Inf")

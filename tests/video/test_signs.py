@@ -376,6 +376,7 @@ def test_picture_says_that_a_run_was_interrupted_in_its_last_frame_only():
     assert dark["interrupted"] > dark["completed"] + 50
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("robot", "scale"), [("nh_mini", 1.0), ("burger", 1.68), ("pioneer", 4.45), ("warehouse", 9.51)]
 )

@@ -96,6 +96,7 @@ def test_trails_keep_to_the_path_with_few_vertices():
 # --- the camera -------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("followers", [1, 15])
 @pytest.mark.parametrize("name", ["group", "isometric", "top"])
 def test_every_robot_is_in_every_picture(followers, name):
