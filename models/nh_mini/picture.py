@@ -1,49 +1,14 @@
-"""Draws nh_mini.png: three robots in the arena. Run `python models/nh_mini/picture.py [FILE]`."""
+"""Draws nh_mini.png. Run `python models/nh_mini/picture.py [FILE]`."""
 
 import sys
 from pathlib import Path
 
-from nhtrack import gl
-
-gl.choose_backend()  # before MuJoCo and dm_control look for a display
-
-import imageio.v3 as iio  # noqa: E402
-import mujoco  # noqa: E402
-from dm_control import mjcf  # noqa: E402
-
 HERE = Path(__file__).resolve().parent
-WIDTH, HEIGHT = 720, 405
+sys.path.insert(0, str(HERE.parent))
+
+from picture import draw  # noqa: E402
+
 PLACES = {"#0072B2": (0.0, 0.0, 0.15), "#D55E00": (-0.12, 0.17, -0.25), "#009E73": (-0.16, -0.15, 0.5)}
 
-
-def make_model() -> mujoco.MjModel:
-    """Returns three robots in the arena, drawn finer than a video needs."""
-    arena = mjcf.from_path(str(HERE.parent / "arena" / "scene.xml"))
-    for index, (colour, (x, y, theta)) in enumerate(PLACES.items()):
-        robot = mjcf.from_path(str(HERE / "robot.xml"))
-        robot.model = f"robot_{index}"
-        robot.find("joint", "root").remove()  # a free joint belongs to a top-level body: the frame
-        robot.find("material", "accent").rgba = (*(int(colour[i : i + 2], 16) / 255 for i in (1, 3, 5)), 1)
-        frame = arena.worldbody.attach(robot)
-        frame.pos, frame.euler = (x, y, 0.03), (0, 0, theta)
-        frame.add("freejoint", name="root")
-    model = mujoco.MjModel.from_xml_string(arena.to_xml_string(), arena.get_assets())
-    quality = model.vis.quality
-    quality.numslices, quality.numstacks, quality.offsamples, quality.shadowsize = 64, 24, 8, 8192
-    return model
-
-
-def main() -> None:
-    """Draws the picture into the file named on the command line, or beside this script."""
-    model = make_model()
-    data = mujoco.MjData(model)
-    mujoco.mj_forward(model, data)
-    camera = mujoco.MjvCamera()
-    camera.lookat, camera.distance, camera.azimuth, camera.elevation = (-0.075, 0.01, 0.014), 0.50, 207, -22
-    with mujoco.Renderer(model, HEIGHT, WIDTH) as renderer:
-        renderer.update_scene(data, camera)
-        iio.imwrite(sys.argv[1] if len(sys.argv) > 1 else HERE / "nh_mini.png", renderer.render())
-
-
 if __name__ == "__main__":
-    main()
+    draw(HERE, PLACES, height=0.03, lookat=(-0.075, 0.01, 0.014), view=(0.50, 207, -22))
