@@ -34,7 +34,7 @@ def main() -> None:
 def cost(command: tuple[str, ...], folder: Path) -> float:
     """Returns the processor time of a command and of all that it starts [s]."""
     before = os.times()
-    subprocess.run([sys.executable, "-m", "nhtrack.cli", *command], cwd=folder, check=True, capture_output=True)
+    subprocess.run([sys.executable, "-m", "nhtrack", *command], cwd=folder, check=True, capture_output=True)
     after = os.times()
     return after.children_user + after.children_system - before.children_user - before.children_system
 

@@ -66,7 +66,7 @@ def test_faults_are_told_line_by_line(command: str, name: str, corpus: Path, mon
 @pytest.mark.slow
 def test_the_installed_command_says_the_same(tmp_path: Path) -> None:
     (tmp_path / "not_utf8.yaml").symlink_to(CORPUS / "not_utf8.yaml")
-    command = [sys.executable, "-m", "nhtrack.cli", "run", "not_utf8.yaml"]
+    command = [sys.executable, "-m", "nhtrack", "run", "not_utf8.yaml"]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
     assert done.returncode == 2
     assert done.stdout == ""

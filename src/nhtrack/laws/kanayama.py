@@ -10,7 +10,7 @@ Assumes: velocities that the robot takes at once (here after the inner loop has 
 Needs: a leader that moves forward; at rest e_y and e_theta are left as they are.
 Claims: local asymptotic stability, by `(e_x^2 + e_y^2)/2 + (1 - cos e_theta)/k_y`; e_theta = pi is an equilibrium
 too, unstable for v_r > 0. Critically damped on a line where k_theta^2 = 4 k_y.
-Checked: tests/laws/test_baselines.py (`..._on_a_line_...`, `..._on_a_circle_...`).
+Checked: tests/laws/test_baselines.py (`test_kanayama_s_storage_...`).
 """
 
 from __future__ import annotations

@@ -13,7 +13,7 @@ come, `2 zeta sqrt(u_theta_r^2 + b u_xr^2)`.
 Assumes: velocities that the robot takes at once (here after the inner loop has settled); v_r, omega_r bounded with
 bounded derivatives. Needs: v_r or omega_r that does not tend to zero. Claims: global asymptotic stability then,
 by `b (e_x^2 + e_y^2)/2 + e_theta^2/2`; all gains vanish with the leader's velocities.
-Checked: tests/laws/test_baselines.py (`..._on_a_line_...`, `..._on_a_circle_...`).
+Checked: tests/laws/test_baselines.py (`test_samson_s_storage_...`).
 """
 
 from __future__ import annotations

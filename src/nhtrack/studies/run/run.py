@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import os
 import platform
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -262,7 +263,8 @@ def _end(failure: SimulationDiverged | None) -> dict[str, str | float]:
     return {"diverged_robot": failure.robot, "diverged_time": failure.time, "diverged_reason": failure.reason}
 
 
-def versions() -> dict[str, str]:
+@cache
+def versions() -> Mapping[str, str]:
     """Returns the versions of Python, of the package and of the libraries that move its numbers."""
     import importlib.metadata
 

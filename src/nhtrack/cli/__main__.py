@@ -1,5 +1,0 @@
-"""`python -m nhtrack.cli` is the `nhtrack` command."""
-
-from nhtrack.cli import main
-
-main()
