@@ -1,22 +1,50 @@
-"""Array type of the package and the shape checks its public functions share."""
+"""The array type of the package, what is computed with it, and the shape checks its public functions share."""
 
 from __future__ import annotations
 
-from typing import Any, TypeAlias
+from collections.abc import Sequence
+from typing import Any, Protocol, TypeAlias, cast
 
 import numpy as np
+import numpy.typing as npt
 
-# NumPy today, any array-API library tomorrow: functions ask `namespace` for the module to compute with.
-Array: TypeAlias = Any
+# Written as NumPy's, which is what the package makes; `se2` and the reduced model take arrays of any array-API library.
+Array: TypeAlias = npt.NDArray[Any]
+Operand: TypeAlias = Array | float
 
 
-def namespace(*arrays: Array) -> Any:
+class Namespace(Protocol):
+    """The functions of the array API that the package uses."""
+
+    float64: Any
+
+    def abs(self, x: Array, /) -> Array: ...  # noqa: D102 - see the array API
+    def asarray(self, obj: Any, /, *, dtype: Any = None) -> Array: ...  # noqa: D102
+    def broadcast_arrays(self, *arrays: Array) -> Sequence[Array]: ...  # noqa: D102
+    def ceil(self, x: Array, /) -> Array: ...  # noqa: D102
+    def clip(self, x: Array, /, min: Any = None, max: Any = None) -> Array: ...  # noqa: D102
+    def cos(self, x: Array, /) -> Array: ...  # noqa: D102
+    def full_like(self, x: Array, /, fill_value: float) -> Array: ...  # noqa: D102
+    def hypot(self, x1: Array, x2: Array, /) -> Array: ...  # noqa: D102
+    def maximum(self, x1: Operand, x2: Operand, /) -> Array: ...  # noqa: D102
+    def minimum(self, x1: Operand, x2: Operand, /) -> Array: ...  # noqa: D102
+    def ones_like(self, x: Array, /) -> Array: ...  # noqa: D102
+    def round(self, x: Array, /) -> Array: ...  # noqa: D102
+    def sign(self, x: Array, /) -> Array: ...  # noqa: D102
+    def sin(self, x: Array, /) -> Array: ...  # noqa: D102
+    def stack(self, arrays: Sequence[Array], /, *, axis: int = 0) -> Array: ...  # noqa: D102
+    def where(self, condition: Array, x1: Operand, x2: Operand, /) -> Array: ...  # noqa: D102
+    def zeros(self, shape: tuple[int, ...], /) -> Array: ...  # noqa: D102
+    def zeros_like(self, x: Array, /) -> Array: ...  # noqa: D102
+
+
+def namespace(*arrays: Operand) -> Namespace:
     """Returns the array-API namespace shared by the given arrays."""
     if all(isinstance(array, np.ndarray | np.generic) for array in arrays):
-        return np  # the standard's own functions; the wrapper of them takes a third of a second to import
+        return cast(Namespace, np)  # has the standard's functions itself; a wrapper takes a third of a second to import
     import array_api_compat
 
-    return array_api_compat.array_namespace(*arrays)
+    return cast(Namespace, array_api_compat.array_namespace(*arrays))
 
 
 def require_last_axis(name: str, array: Array, size: int) -> None:

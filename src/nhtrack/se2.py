@@ -16,9 +16,8 @@ no digits.
 from __future__ import annotations
 
 from math import pi
-from typing import Any
 
-from nhtrack.arrays import Array, namespace, require_last_axis
+from nhtrack.arrays import Array, Namespace, namespace, require_last_axis
 
 __all__ = [
     "Ad", "Ad_inverse", "Ad_matrix", "act", "ad", "ad_matrix", "ad_transpose", "between", "compose", "exp",
@@ -27,7 +26,7 @@ __all__ = [
 ]  # fmt: skip
 
 
-def _sinc(xp: Any, x: Array) -> Array:
+def _sinc(xp: Namespace, x: Array) -> Array:
     """Returns sin(x)/x, 1 at x = 0; exact to rounding for every x."""
     at_zero = x == 0
     safe = xp.where(at_zero, xp.ones_like(x), x)
@@ -39,11 +38,11 @@ def _columns(name: str, array: Array) -> tuple[Array, Array, Array]:
     return array[..., 0], array[..., 1], array[..., 2]
 
 
-def _stack(xp: Any, *columns: Array) -> Array:
+def _stack(xp: Namespace, *columns: Array) -> Array:
     return xp.stack(xp.broadcast_arrays(*columns), axis=-1)
 
 
-def identity(xp: Any, batch: tuple[int, ...] = ()) -> Array:
+def identity(xp: Namespace, batch: tuple[int, ...] = ()) -> Array:
     """Returns the identity pose (0, 0, 0), shape (*batch, 3), in namespace `xp`."""
     return xp.zeros((*batch, 3))
 
@@ -294,7 +293,7 @@ def right_jacobian_derivative(X: Array, dX: Array) -> Array:
     return xp.stack(rows, axis=-2)
 
 
-def _sine_remainder(xp: Any, theta: Array) -> Array:
+def _sine_remainder(xp: Namespace, theta: Array) -> Array:
     """Returns (theta - sin theta)/theta^3, by its Taylor series where the difference would cancel."""
     near = xp.abs(theta) < 1.0
     safe = xp.where(near, xp.ones_like(theta), theta)

@@ -270,10 +270,10 @@ def wheel_uses(motion: Motion, drive: DiffDrive, ground: Ground) -> tuple[tuple[
         torque_share = np.where(torque == 0, 0.0, np.abs(torque) / available)
     no_load = drive.motor.no_load_speed
     return (
-        ("friction_utilisation", "1", Use(utilisation, np.float64(1.0), utilisation)),
-        ("wheel_speed", "rad/s", Use(np.abs(speed), np.float64(no_load), np.abs(speed) / no_load)),
+        ("friction_utilisation", "1", Use(utilisation, np.array(1.0), utilisation)),
+        ("wheel_speed", "rad/s", Use(np.abs(speed), np.array(no_load), np.abs(speed) / no_load)),
         ("wheel_torque", "N m", Use(np.abs(torque), available, torque_share)),
-        ("wheel_load", "N", Use(load, np.float64(0.0), 1 - load / at_rest)),
+        ("wheel_load", "N", Use(load, np.array(0.0), 1 - load / at_rest)),
     )
 
 

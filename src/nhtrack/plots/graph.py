@@ -47,9 +47,9 @@ def graph(parents: Mapping[str, Sequence[str]], title: str) -> Figure:
         }
         axes.add_patch(FancyArrowPatch(ends[0] + away, ends[1] - away, **line))
     for place, name in enumerate(parents):
-        axes.add_patch(Circle(spots[name], 0.27, facecolor=robot_colour(place), edgecolor="white"))
+        axes.add_patch(Circle(_point(spots[name]), 0.27, facecolor=robot_colour(place), edgecolor="white"))
         ink = ink_on(robot_colour(place))
-        axes.annotate(_short(name), spots[name], color=ink, ha="center", va="center", fontweight="bold")
+        axes.annotate(_short(name), _point(spots[name]), color=ink, ha="center", va="center", fontweight="bold")
     axes.set_xlim(low[0] - 0.4, high[0] + 0.4)
     axes.set_ylim(low[1] - 0.4, high[1] + 0.4)
     left_title(figure, title)
@@ -125,14 +125,15 @@ def _draw_arrow(axes: Axes, start: Array, end: Array, radius: float, *, bent: bo
 
 
 def _draw_robot(axes: Axes, name: str, spot: Array, colour: str, radius: float, *, named: bool) -> None:
-    axes.add_patch(Circle((float(spot[0]), float(spot[1])), radius, facecolor=colour, edgecolor="none", zorder=2))
+    axes.add_patch(Circle(_point(spot), radius, facecolor=colour, edgecolor="none", zorder=2))
     size = min(7.5, _LETTERS * 72 * radius)
     look: dict[str, Any] = {"ha": "center", "va": "center_baseline", "zorder": 3}
     short = _short(name)
     if short.isdigit() or not named:  # a letter says no more than the name below
-        axes.annotate(plain(short.upper()), spot, color=ink_on(colour), fontsize=size, fontweight="bold", **look)
+        inside = look | {"color": ink_on(colour), "fontsize": size, "fontweight": "bold"}
+        axes.annotate(plain(short.upper()), _point(spot), **inside)
     if named:
-        axes.annotate(plain(name), spot - [0.0, radius + 0.08], color=INK, fontsize=6.0, **look)
+        axes.annotate(plain(name), _point(spot - [0.0, radius + 0.08]), color=INK, fontsize=6.0, **look)
 
 
 def _passes(spots: Array, start: Array, end: Array, radius: float) -> bool:
@@ -216,3 +217,7 @@ def _short(name: str) -> str:
     """Returns the number at the end of a robot's name, or its first letter."""
     digits = name[len(name.rstrip("0123456789")) :]
     return digits or name[0]
+
+
+def _point(place: Array) -> tuple[float, float]:
+    return float(place[0]), float(place[1])

@@ -246,7 +246,8 @@ class DiffDrive:
         xp = namespace(v, omega, torque)
         m_x, _ = self.first_moment
         free = xp.stack([m_x * omega * omega, -m_x * omega * v], axis=-1)
-        return self.gained(torque) + free @ xp.asarray(np.linalg.inv(self.mass_matrix))
+        given: Array = self.gained(torque) + free @ xp.asarray(np.linalg.inv(self.mass_matrix))
+        return given
 
     def gained(self, torque: Array) -> Array:
         """Returns what wheel torques (left, right) add to (u_x, u_theta), both (..., 2)."""

@@ -74,7 +74,7 @@ class Pieces:
         passed = np.zeros((periods, len(ends)), dtype=np.intp)
         row, piece = np.nonzero(ends < periods)
         np.add.at(passed, (ends[row, piece], row), 1)
-        return values[np.arange(len(ends)), passed.cumsum(axis=0)]
+        return np.asarray(values[np.arange(len(ends)), passed.cumsum(axis=0)])
 
 
 def draw_pieces(starts: Starts, duration: float, period: float) -> Pieces:

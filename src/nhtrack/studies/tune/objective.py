@@ -26,7 +26,7 @@ class ObjectiveError(NhtrackError):
 
 
 class Figures(NamedTuple):
-    """How closed loops went, worst robot each; floats, or arrays of shape (b,).
+    """How closed loops went, worst robot each, arrays of shape (b,).
 
     Attributes:
         late_position: largest position error over the last 15 % of the run, as a share of the leader's path, or of
@@ -42,6 +42,20 @@ class Figures(NamedTuple):
     settling: Array
     utilisation: Array
     pace: Array
+
+    def of(self, run: int) -> RunFigures:
+        """Returns the figures of one of the runs."""
+        return RunFigures(*(float(values[run]) for values in self))
+
+
+class RunFigures(NamedTuple):
+    """How one closed loop went; see `Figures`."""
+
+    late_position: float
+    late_heading: float
+    settling: float
+    utilisation: float
+    pace: float
 
 
 def figures_of(run: Rollout, bodies: list[int], drive: DiffDrive, ground: Ground, margin: float) -> Figures:

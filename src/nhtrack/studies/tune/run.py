@@ -29,7 +29,7 @@ from nhtrack.robots.diff_drive import DiffDrive
 from nhtrack.similarity import Similarity
 from nhtrack.simulation.ideal import IdealSimulation
 from nhtrack.studies.feasibility.run import plant_of, with_time
-from nhtrack.studies.tune.objective import Figures, Objective, figures_of
+from nhtrack.studies.tune.objective import Figures, Objective, RunFigures, figures_of
 
 SEARCH_PERIODS = 2000  # control periods of a search run, at most
 _ROBOT_PERIODS = 2_500_000  # robots x candidates x periods in one batch: some 400 MB
@@ -100,10 +100,10 @@ class Tuning:
 
     scenario: Scenario
     gains: dict[str, float]
-    figures: Figures
+    figures: RunFigures
     cost: float
     gains_before: dict[str, float]
-    figures_before: Figures
+    figures_before: RunFigures
     cost_before: float
     history: tuple[Generation, ...]
     objective: Objective
@@ -183,10 +183,10 @@ def tune(
     return Tuning(
         scenario=_with_gains(scenario, _by_name(box.names, finalists[best])),
         gains=_by_name(box.names, finalists[best]),
-        figures=Figures(*(float(values[best]) for values in figures)),
+        figures=figures.of(best),
         cost=float(final[best]),
         gains_before=_by_name(box.names, box.start),
-        figures_before=Figures(*(float(values[0]) for values in figures)),
+        figures_before=figures.of(0),
         cost_before=float(final[0]),
         history=tuple(history),
         objective=objective,
@@ -322,7 +322,7 @@ class _Trial:
         return Figures(*(np.where(simulation.lost, np.nan, values) for values in figures))
 
 
-def _with_gains(scenario: Scenario, gains: Mapping[str, Array]) -> Scenario:
+def _with_gains(scenario: Scenario, gains: Mapping[str, Array] | Mapping[str, float]) -> Scenario:
     """Returns the scenario with other gains: numbers, or arrays (b, 1) that make its law one of b laws."""
     return scenario.model_copy(update={"law": scenario.law.model_copy(update=dict(gains))})
 
@@ -333,4 +333,4 @@ def _by_name(names: tuple[str, ...], gains: Array) -> dict[str, float]:
 
 def _rounded(gains: Array) -> Array:
     """Returns gains to three significant digits, as they are written into a scenario."""
-    return np.vectorize(lambda gain: float(f"{gain:.{_DIGITS}g}"), otypes=[float])(gains)
+    return np.asarray(np.vectorize(lambda gain: float(f"{gain:.{_DIGITS}g}"), otypes=[float])(gains))

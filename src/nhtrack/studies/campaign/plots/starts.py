@@ -148,7 +148,7 @@ def _scatter(axes: Axes, runs: pd.DataFrame, size: float, *, dots: bool, **look:
 def _darts(poses: np.ndarray, size: float, **look: Any) -> PolyCollection:
     """Returns robots at poses (n, 3) as darts of a length [m]."""
     color = look.pop("color")
-    return PolyCollection(se2.act(poses[:, None, :], size * DART), facecolor=color, **look)
+    return PolyCollection(list(se2.act(poses[:, None, :], size * DART)), facecolor=color, **look)
 
 
 def _ring(axes: Axes, run: pd.DataFrame) -> None:
