@@ -43,7 +43,7 @@ def projected(path: camera.CameraPath, frame: int, point: np.ndarray, fovy: floa
 
 @cache
 def shared_scene(text: str) -> Scene:
-    """Returns a scene to look at: a `Stage` changes the one it draws."""
+    """Returns a scene to look at: a `SceneRenderer` changes the one it draws."""
     return make_scene(SceneSpec.from_json(text))
 
 

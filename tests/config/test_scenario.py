@@ -24,7 +24,7 @@ from nhtrack.config.tree import dotted, lookup, parse_path, parse_yaml
 from nhtrack.errors import ScenarioError
 from nhtrack.experiment.build import build, make_scene_spec
 from nhtrack.experiment.load import load, load_text, load_tree
-from nhtrack.experiment.stability import stance_warnings, support_loads
+from nhtrack.experiment.stability import stability_warnings, support_loads
 from nhtrack.ground import Ground, Patch
 from nhtrack.simulation.scene import Payload, SceneSpec, reduced_models
 
@@ -202,7 +202,7 @@ def test_a_payload_may_not_tip_its_robot(offset: tuple[float, float], stands: bo
 def warned(*overrides: str) -> tuple[str, ...]:
     scenario = load_text(MINIMAL, overrides=overrides)
     experiment = build(scenario)
-    return stance_warnings(scenario, experiment, reduced_models(experiment.scene)[1])
+    return stability_warnings(scenario, experiment, reduced_models(experiment.scene)[1])
 
 
 def test_a_slope_beyond_the_friction_angle_is_told() -> None:

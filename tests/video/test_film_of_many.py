@@ -19,8 +19,7 @@ from nhtrack.simulation.scene import SceneSpec
 from nhtrack.studies.compare.laws_file import load_laws
 from nhtrack.studies.compare.result import Comparison, room_of
 from nhtrack.studies.compare.run import compare
-from nhtrack.video import overlay
-from nhtrack.video import scene_renderer as stage
+from nhtrack.video import overlay, scene_renderer
 from nhtrack.video import typography as letters
 from nhtrack.video.together import together
 from recordings import robot_names, synthetic_recording
@@ -93,7 +92,7 @@ def near(picture: np.ndarray, colour: str, distance: float) -> np.ndarray:
 def test_robots_have_the_colours_of_their_laws_not_of_their_places() -> None:
     merged = together(several(2, followers=2), (-100, 100, -100, 100))
     scene, line, path = film(merged, SIZE)
-    with stage.Stage(scene, replace(line, trails=()), path, SIZE) as drawn:
+    with scene_renderer.SceneRenderer(scene, replace(line, trails=()), path, SIZE) as drawn:
         picture = drawn.draw(len(line) - 1)
     seen = [len(pixels_of(picture, place)) for place in range(5)]
     assert min(seen[:3]) > 100

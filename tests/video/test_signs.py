@@ -19,13 +19,9 @@ from nhtrack.video import (
     legend,
     map,
     overlay,
+    render_options,
+    scene_renderer,
     timeline,
-)
-from nhtrack.video import (
-    render_options as look,
-)
-from nhtrack.video import (
-    scene_renderer as stage,
 )
 from nhtrack.video import (
     typography as letters,
@@ -108,7 +104,7 @@ def test_wheels_grow_brighter_as_they_use_their_friction(share):
 def filmed():
     """Scene, timeline and camera path of `parted`, and its stage."""
     scene, line, path = film(parted(), (640, 480))
-    with stage.Stage(scene, line, path, (640, 480)) as drawn:
+    with scene_renderer.SceneRenderer(scene, line, path, (640, 480)) as drawn:
         yield scene, line, path, drawn
 
 
@@ -118,7 +114,7 @@ def marked():
     recording = parted(followers=2, virtual=True)
     recording.dataset["friction_utilisation"][:] = np.array([[np.nan, np.nan], [1.0, 0.0], [0.0, 0.0]])
     scene, line, path = film(recording, fps=4)
-    with stage.Stage(scene, line, path, SMALL, look.QUALITIES["draft"]) as drawn:
+    with scene_renderer.SceneRenderer(scene, line, path, SMALL, render_options.QUALITIES["draft"]) as drawn:
         yield scene, line, path, drawn
 
 
@@ -354,7 +350,8 @@ def test_panel_tells_how_far_the_furthest_twin_is():
 
 @pytest.mark.slow
 def test_split_screen_and_panel_go_on_with_the_frames(monkeypatch):
-    monkeypatch.setattr(stage.Stage, "draw", lambda drawn, _: np.full((*drawn._size[::-1], 3), 90, np.uint8))
+    grey = lambda drawn, _: np.full((*drawn._size[::-1], 3), 90, np.uint8)  # noqa: E731
+    monkeypatch.setattr(scene_renderer.SceneRenderer, "draw", grey)
     first, last = list(video.frames(filmable(samples=81), size=(320, 180), fps=1, speed=80.0, camera="split"))
     (width, _), _ = chart.split((320, 180))
     assert (first[:, width:] != last[:, width:]).any()

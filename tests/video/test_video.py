@@ -18,20 +18,12 @@ from nhtrack.video import (
     bodies,
     camera,
     encode,
+    frame_renderer,
     overlay,
+    render_options,
+    render_pool,
+    scene_renderer,
     timeline,
-)
-from nhtrack.video import (
-    frame_renderer as painter,
-)
-from nhtrack.video import (
-    render_options as look,
-)
-from nhtrack.video import (
-    render_pool as crew,
-)
-from nhtrack.video import (
-    scene_renderer as stage,
 )
 from nhtrack.video import (
     typography as letters,
@@ -40,7 +32,7 @@ from recordings import synthetic_recording
 
 pytestmark = pytest.mark.render
 
-DRAFT = look.QUALITIES["draft"]
+DRAFT = render_options.QUALITIES["draft"]
 
 # --- times and states -------------------------------------------------------------------------------------------------
 
@@ -165,7 +157,7 @@ def test_robots_are_drawn_where_they_are_and_move():
     recording = filmable()
     scene, line, path = film(recording, (640, 480))
     fovy = float(scene.model.vis.global_.fovy)
-    with stage.Stage(scene, line, path, (640, 480)) as drawn:
+    with scene_renderer.SceneRenderer(scene, line, path, (640, 480)) as drawn:
         drawn._floor._timeline = replace(line, trails=())
         centres = []
         for frame in (0, 2, 3):
@@ -187,7 +179,7 @@ def test_heading_is_visible():
     scene, line, path = film(recording, (640, 480))
     frame = len(line) - 1
     white = {}
-    with stage.Stage(scene, line, path, (640, 480)) as drawn:
+    with scene_renderer.SceneRenderer(scene, line, path, (640, 480)) as drawn:
         for turn in (0.0, np.pi):
             qpos, pose = line.qpos.copy(), line.pose.copy()
             pose[frame, 1, 2] = np.radians(path.azimuth[frame]) - np.pi / 2 + turn  # to the right, to the left
@@ -208,7 +200,7 @@ def test_virtual_leader_is_a_marker_in_its_place():
     scene, line, path = film(recording, (640, 480))
     fovy = float(scene.model.vis.global_.fovy)
     assert scene.model.nq == 9
-    with stage.Stage(scene, line, path, (640, 480), DRAFT) as drawn:
+    with scene_renderer.SceneRenderer(scene, line, path, (640, 480), DRAFT) as drawn:
         seen = pixels_of(drawn.draw(1), 0)
         marker = drawn._data.body(scene.spec.robots[0]).xmat.reshape(3, 3)
         assert np.arctan2(marker[1, 0], marker[0, 0]) == pytest.approx(line.pose[1, 0, 2])
@@ -222,7 +214,7 @@ def test_trails_are_drawn_up_to_now():
     scene, line, path = film(recording, (640, 480), name="isometric")
     seen = {}
     for name, speed in {"fresh": 1000.0, "old": 1.0}.items():  # at this pace nothing is old, at that all but the end
-        with stage.Stage(scene, replace(line, speed=speed), path, (640, 480), DRAFT) as drawn:
+        with scene_renderer.SceneRenderer(scene, replace(line, speed=speed), path, (640, 480), DRAFT) as drawn:
             seen[name] = [len(pixels_of(drawn.draw(frame), 0)) for frame in (0, len(line) - 1)]
     assert seen["fresh"][1] > seen["fresh"][0] + 300
     assert seen["old"][1] < seen["fresh"][1] - 200
@@ -252,7 +244,7 @@ def test_overlay_is_written_over_the_picture_and_nowhere_else():
 
 @pytest.mark.slow
 def test_two_processes_draw_the_same_pixels_as_one_and_end_with_the_film(monkeypatch):
-    monkeypatch.setattr(crew, "_WORTH", 3)
+    monkeypatch.setattr(render_pool, "_WORTH", 3)
     told: list[tuple[int, int]] = []
     recording = parted()
     before = recording.dataset.copy(deep=True)
@@ -271,7 +263,7 @@ def test_two_processes_draw_the_same_pixels_as_one_and_end_with_the_film(monkeyp
 
 @pytest.mark.slow
 def test_what_a_process_cannot_do_is_told_by_its_own_error(monkeypatch):
-    monkeypatch.setattr(crew, "_WORTH", 4)
+    monkeypatch.setattr(render_pool, "_WORTH", 4)
     recording = parted()
     recording.dataset.attrs["scene"] = recording.dataset.attrs["scene"].replace("nh_mini", "nobody")
     with pytest.raises(RobotError, match="no robot 'nobody'"):
@@ -291,7 +283,9 @@ def test_draft_has_no_shadow_and_normal_has():
     scene, line, path = film(filmable(), (640, 480))
     bright = {}
     for quality in ("draft", "normal"):
-        with stage.Stage(scene, replace(line, trails=()), path, (640, 480), look.QUALITIES[quality]) as drawn:
+        with scene_renderer.SceneRenderer(
+            scene, replace(line, trails=()), path, (640, 480), render_options.QUALITIES[quality]
+        ) as drawn:
             bright[quality] = drawn.draw(len(line) - 1).astype(float).mean(axis=-1)
     floor = bright["draft"] > 140
     assert (floor & (bright["normal"] < bright["draft"] - 30)).sum() > 150
@@ -381,7 +375,7 @@ def test_missing_opengl_stops_before_any_work(tmp_path, monkeypatch):
         raise RenderError("no off-screen OpenGL: install libegl1")
 
     monkeypatch.setattr(gl, "choose_backend", nothing_draws)
-    monkeypatch.setattr(painter, "make_scene", lambda _: pytest.fail("work was begun"))
+    monkeypatch.setattr(frame_renderer, "make_scene", lambda _: pytest.fail("work was begun"))
     with pytest.raises(RenderError, match="install libegl1"):
         video.render(filmable(samples=5), tmp_path / "film.mp4")
     assert list(tmp_path.iterdir()) == []

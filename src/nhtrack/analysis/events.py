@@ -88,7 +88,7 @@ def find_events(recording: Recording) -> tuple[Event, ...]:
     """
     if recording.backend != "mujoco":
         return ()
-    found = [event for sign in _SIGNS if sign.is_known(recording) for event in _events_of(recording, sign)]
+    found = [event for rule in _RULES if rule.is_known(recording) for event in _events_of(recording, rule)]
     found += _tipping(recording)
     places = {name: place for place, name in enumerate(recording.robots)}
     return tuple(sorted(found, key=lambda event: (event.start, places[event.robot])))
@@ -118,7 +118,7 @@ class Condition(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Sign:
+class EventRule:
     """How events of one kind are told from a recording.
 
     Attributes:
@@ -184,35 +184,35 @@ def _leaning(recording: Recording) -> Condition:
 
 _DRIVE = ("wheel_radius", "half_separation", "no_load_speed")
 
-_SIGNS = (
-    Sign(
+_RULES = (
+    EventRule(
         "slipping", "slip speed", "m/s",
         _slipping, ("friction_utilisation", "longitudinal_slip", "lateral_slip"),
     ),
-    Sign(
+    EventRule(
         "wheel off the floor", "share of the time", "1",
         _off_the_floor, ("wheel_load",), shortest=LIFTED, worst=np.mean,
     ),
-    Sign(
+    EventRule(
         "stuck", "rim speed", "m/s",
         _stuck, ("pose", "wheel_speed", "torque_saturation"), _DRIVE, shortest=STUCK,
     ),
-    Sign("leaning", "tilt", "rad", _leaning, ("tilt",)),
+    EventRule("leaning", "tilt", "rad", _leaning, ("tilt",)),
 )  # fmt: skip
 
 
 # From conditions to events --------------------------------------------------------------------------------------------
 
 
-def _events_of(recording: Recording, sign: Sign) -> list[Event]:
+def _events_of(recording: Recording, rule: EventRule) -> list[Event]:
     time, begins = recording.time, _begins(recording.time)
-    holds, badness = sign.condition(recording)
-    wheels: np.ndarray = np.apply_along_axis(lasting, 0, holds, time, sign.shortest)
+    holds, badness = rule.condition(recording)
+    wheels: np.ndarray = np.apply_along_axis(lasting, 0, holds, time, rule.shortest)
     robots: np.ndarray = np.any(wheels, axis=-1)
     return [
         Event(
-            sign.kind, robot, _wheel(wheels[rows, i]), float(begins[rows.start]), float(time[rows.stop - 1]),
-            sign.measure, float(sign.worst(badness[rows, i])), sign.unit,
+            rule.kind, robot, _wheel(wheels[rows, i]), float(begins[rows.start]), float(time[rows.stop - 1]),
+            rule.measure, float(rule.worst(badness[rows, i])), rule.unit,
         )
         for i, robot in enumerate(recording.robots)
         for rows in joined(robots[:, i], time)

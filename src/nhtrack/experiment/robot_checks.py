@@ -11,7 +11,7 @@ from nhtrack.config.checks import Finding, is_robot_file
 from nhtrack.config.schema import Scenario
 from nhtrack.config.tree import lookup
 from nhtrack.errors import RobotError, did_you_mean
-from nhtrack.experiment.stability import stance_findings
+from nhtrack.experiment.stability import stability_findings
 
 
 def robot_findings(tree: Mapping[str, Any], directory: FilePath) -> Iterator[Finding]:
@@ -20,7 +20,7 @@ def robot_findings(tree: Mapping[str, Any], directory: FilePath) -> Iterator[Fin
     if not isinstance(robot, str) or not robot:
         return
     if robot in assets.robots():
-        yield from stance_findings(tree, robot)
+        yield from stability_findings(tree, robot)
     elif not is_robot_file(robot):
         yield (
             ("robot",),
@@ -30,7 +30,7 @@ def robot_findings(tree: Mapping[str, Any], directory: FilePath) -> Iterator[Fin
         yield ("robot",), f"no MJCF file {str(directory / robot)!r}"
     else:
         yield from _robot_file_findings(directory / robot)
-        yield from stance_findings(tree, str(directory / robot))
+        yield from stability_findings(tree, str(directory / robot))
 
 
 def _robot_file_findings(path: FilePath) -> Iterator[Finding]:

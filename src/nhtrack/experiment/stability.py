@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 _PAYLOAD: Path = ("physics", "payload")
 
 
-def stance_findings(tree: Mapping[str, Any], robot: str) -> Iterator[tuple[Path, str]]:
+def stability_findings(tree: Mapping[str, Any], robot: str) -> Iterator[tuple[Path, str]]:
     """Yields why robots of a raw tree could not stand, as path and message; skips what it cannot understand.
 
     Args:
@@ -77,7 +77,7 @@ def support_loads(plant: DiffDrive) -> dict[str, float]:
     return {"left wheel": float(left), "right wheel": float(right), "caster": float(plant.caster_load(*still))}
 
 
-def stance_warnings(scenario: Scenario, experiment: Experiment, plant: DiffDrive) -> tuple[str, ...]:
+def stability_warnings(scenario: Scenario, experiment: Experiment, plant: DiffDrive) -> tuple[str, ...]:
     """Returns what a slope will do to robots that merely stand on it, in sentences."""
     ground = experiment.scene.ground
     if ground.slope == 0.0:

@@ -14,8 +14,8 @@ from nhtrack.files.atomic import atomic_path
 from nhtrack.recording import Recording
 from nhtrack.video.camera import CAMERAS
 from nhtrack.video.encode import FORMATS, Encoder, find_encoder, write_film
-from nhtrack.video.render_options import QUALITIES, SPLIT, Look
-from nhtrack.video.render_pool import Pictures, painted
+from nhtrack.video.render_options import QUALITIES, SPLIT, RenderOptions
+from nhtrack.video.render_pool import Pictures, rendered
 
 __all__ = ["CAMERAS", "QUALITIES", "SPLIT", "Encoder", "find_encoder", "frames", "render"]
 
@@ -56,7 +56,7 @@ def render(
     target = Path(path)
     if target.suffix not in FORMATS:
         raise RenderError(f"{target}: expected a name ending in {' or '.join(FORMATS)}")
-    look = Look(camera, size, fps, speed, quality)
+    look = RenderOptions(camera, size, fps, speed, quality)
     _check(recording, processes)
     find_encoder()
     gl.choose_backend()
@@ -84,12 +84,12 @@ def frames(
         RenderError: OpenGL is missing, or an argument makes no film.
         RecordingError: the recording lacks the scene it was made in.
     """
-    yield from _frames(recording, Look(camera, size, fps, speed, quality), processes, progress)
+    yield from _frames(recording, RenderOptions(camera, size, fps, speed, quality), processes, progress)
 
 
-def _frames(recording: Recording, look: Look, processes: int, progress: Progress | None) -> Pictures:
+def _frames(recording: Recording, look: RenderOptions, processes: int, progress: Progress | None) -> Pictures:
     _check(recording, processes)
-    total, pictures = painted(recording, look, processes)
+    total, pictures = rendered(recording, look, processes)
     with closing(pictures):
         for frame, picture in enumerate(pictures):
             yield picture

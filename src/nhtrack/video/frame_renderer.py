@@ -12,17 +12,17 @@ from nhtrack.simulation.scene import make_scene
 from nhtrack.video.bodies import robot_scale
 from nhtrack.video.camera import plan_camera
 from nhtrack.video.overlay import Overlay
-from nhtrack.video.render_options import QUALITIES, SPLIT, Look
-from nhtrack.video.scene_renderer import Stage
+from nhtrack.video.render_options import QUALITIES, SPLIT, RenderOptions
+from nhtrack.video.scene_renderer import SceneRenderer
 from nhtrack.video.timeline import make_timeline
 
 if TYPE_CHECKING:
     from nhtrack.video.chart import Beside, Chart
 
-__all__ = ["Painter"]
+__all__ = ["FrameRenderer"]
 
 
-class Painter:
+class FrameRenderer:
     """Draws any frame of a film; use as a context manager, which frees the OpenGL context.
 
     Args:
@@ -34,7 +34,7 @@ class Painter:
         RenderError: nothing draws.
     """
 
-    def __init__(self, recording: Recording, look: Look, backend: str | None = None) -> None:
+    def __init__(self, recording: Recording, look: RenderOptions, backend: str | None = None) -> None:
         scene = make_scene(recording.scene, share_materials=True)
         quality = QUALITIES[look.quality]
         timeline = make_timeline(recording, scene, look.fps, look.speed, quality.trail)
@@ -52,13 +52,13 @@ class Painter:
         path = plan_camera(camera, timeline.pose, fovy, view[0] / view[1], look.fps, robot_scale(scene))
         self._size, self._view = look.size, view
         self._overlay = Overlay(recording, timeline, view)
-        self._stage = Stage(scene, timeline, path, view, quality, backend)
+        self._stage = SceneRenderer(scene, timeline, path, view, quality, backend)
 
     def __len__(self) -> int:
         """Returns the number of frames."""
         return self._length
 
-    def __enter__(self) -> Painter:
+    def __enter__(self) -> FrameRenderer:
         return self
 
     def __exit__(

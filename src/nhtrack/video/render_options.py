@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from nhtrack.errors import RenderError, did_you_mean
 from nhtrack.video.camera import CAMERAS
 
-__all__ = ["CROWD", "FLEET", "QUALITIES", "SPLIT", "Look", "Quality"]
+__all__ = ["CROWD", "FLEET", "QUALITIES", "SPLIT", "Quality", "RenderOptions"]
 
 CROWD = 20  # more robots than this are drawn with less
 FLEET = 100  # more than this without parts of a pixel or two, and with signs no larger than their places
@@ -42,7 +42,7 @@ QUALITIES = {
 
 
 @dataclass(frozen=True)
-class Look:
+class RenderOptions:
     """How a film is made; see `nhtrack.video.render`.
 
     Attributes:

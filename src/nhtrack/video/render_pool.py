@@ -13,11 +13,11 @@ import numpy as np
 from nhtrack import gl
 from nhtrack.execution import Processes
 from nhtrack.recording import Recording
-from nhtrack.video.frame_renderer import Painter
-from nhtrack.video.render_options import Look
+from nhtrack.video.frame_renderer import FrameRenderer
+from nhtrack.video.render_options import RenderOptions
 from nhtrack.video.timeline import frame_times
 
-__all__ = ["Pictures", "painted"]
+__all__ = ["Pictures", "rendered"]
 
 Pictures = Generator[np.ndarray, None, None]
 
@@ -25,7 +25,7 @@ _AHEAD = 4  # frames a worker may be ahead of the film: enough to even out, few 
 _WORTH = 60  # frames, and as many as there are robots, below which another process costs more than it draws
 
 
-def painted(recording: Recording, look: Look, processes: int) -> tuple[int, Pictures]:
+def rendered(recording: Recording, look: RenderOptions, processes: int) -> tuple[int, Pictures]:
     """Returns how many frames a film has, and a generator of their pictures, bytes of shape (height, width, 3).
 
     Raises:
@@ -37,13 +37,13 @@ def painted(recording: Recording, look: Look, processes: int) -> tuple[int, Pict
     return total, (_alone(recording, look) if workers == 1 else _together(recording, look, workers, total))
 
 
-def _alone(recording: Recording, look: Look) -> Pictures:
-    with Painter(recording, look) as painter:
-        for frame in range(len(painter)):
-            yield painter.paint(frame)
+def _alone(recording: Recording, look: RenderOptions) -> Pictures:
+    with FrameRenderer(recording, look) as renderer:
+        for frame in range(len(renderer)):
+            yield renderer.paint(frame)
 
 
-def _together(recording: Recording, look: Look, processes: int, total: int) -> Pictures:
+def _together(recording: Recording, look: RenderOptions, processes: int, total: int) -> Pictures:
     start = (Recording(recording.dataset.load()), look, gl.choose_backend())
     executor = Processes(processes, _AHEAD * processes, _begin, start)
     early: dict[int, np.ndarray] = {}  # drawn before their turn
@@ -56,19 +56,19 @@ def _together(recording: Recording, look: Look, processes: int, total: int) -> P
                 following += 1
 
 
-_painter: Painter | Exception | None = None  # of this worker process, or why it has none
+_renderer: FrameRenderer | Exception | None = None  # of this worker process, or why it has none
 
 
-def _begin(recording: Recording, look: Look, backend: str) -> None:
-    global _painter
+def _begin(recording: Recording, look: RenderOptions, backend: str) -> None:
+    global _renderer
     try:
-        _painter = Painter(recording, look, backend)
+        _renderer = FrameRenderer(recording, look, backend)
     except Exception as error:  # told with the first frame: what an initializer raises is lost
-        _painter = error
+        _renderer = error
 
 
 def _paint(frame: int) -> np.ndarray:
-    if isinstance(_painter, Exception):
-        raise _painter
-    assert _painter is not None
-    return _painter.paint(frame)
+    if isinstance(_renderer, Exception):
+        raise _renderer
+    assert _renderer is not None
+    return _renderer.paint(frame)

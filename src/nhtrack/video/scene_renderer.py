@@ -16,7 +16,7 @@ from nhtrack.video.floor import Floor
 from nhtrack.video.render_options import CROWD, FLEET, QUALITIES, Quality
 from nhtrack.video.timeline import Timeline
 
-__all__ = ["Stage"]
+__all__ = ["SceneRenderer"]
 
 _SPARE_GEOMS = 200  # room for what MuJoCo itself adds to a scene
 _OUT_OF_SIGHT = (0.0, 0.0, -100.0)  # [m]
@@ -25,7 +25,7 @@ _VISIBLE = 2.0  # [pixels] smallest part that is drawn of each of a fleet's robo
 _LIT_WIDTH = 1.1  # [m] half width of the floor that the key light reaches from its own height
 
 
-class Stage:
+class SceneRenderer:
     """An open off-screen renderer of one film; use as a context manager, which frees the OpenGL context.
 
     Args:
@@ -74,7 +74,7 @@ class Stage:
             self._context.free()
             raise
 
-    def __enter__(self) -> Stage:
+    def __enter__(self) -> SceneRenderer:
         return self
 
     def __exit__(

@@ -22,7 +22,7 @@ from nhtrack.experiment.compile import compile_once
 from nhtrack.experiment.load import load
 from nhtrack.experiment.loop import Progress, Rollout
 from nhtrack.experiment.recorder import FullRecorder, Shape
-from nhtrack.experiment.stability import stance_warnings
+from nhtrack.experiment.stability import stability_warnings
 from nhtrack.experiment.storage import storage
 from nhtrack.files.folder import OutputError, claimed_folder, clear, fresh_folder, save_json
 from nhtrack.laws.address import runs_as_python
@@ -192,7 +192,7 @@ def warnings(scenario: Scenario, experiment: Experiment, twin: Rollout, drive: D
         found = (*found, f"law {scenario.law.name!r} {runs_as_python(interpreted)}")
     if scenario.backend == "ideal":
         return found
-    found = (*found, *stance_warnings(scenario, experiment, drive))
+    found = (*found, *stability_warnings(scenario, experiment, drive))
     if twin.failure is not None:
         found = (*found, f"the ideal twin diverged ({twin.failure}): from there on nothing is compared with it")
     return (*found, *predictions(scenario, experiment, twin, drive))
