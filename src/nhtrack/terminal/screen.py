@@ -73,7 +73,7 @@ def show_metres(value: float | None) -> str:
     """Returns a length in the unit that reads best."""
     if value is None:
         return "-"
-    if value >= 1.0:
+    if value >= 1.0 or value == 0.0:
         return f"{value:.3g} m"
     return f"{1e3 * value:.3g} mm" if value >= 1e-6 else f"{value:.1e} m"
 

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
     from nhtrack.studies.run.run import Outcome
 
-_EVENTS = 12  # rows of the table of events: more would push what matters off the screen
+_ROWS = 12  # of a table: more would push what matters off the screen
 
 
 def print_outcome(outcome: Outcome, console: Console) -> None:
@@ -34,7 +34,7 @@ def _followers_table(summary: dict[str, Any]) -> Table:
     table = make_table(f"{summary['name']}: what each follower makes of its leader")
     for heading in ("follower", "start", "final", "final heading", "late", "late heading", "settled"):
         table.add_column(heading, justify="left" if heading == "follower" else "right")
-    for name, figures in summary["followers"].items():
+    for name, figures in _worst(table, summary["followers"], "late_position_error", "largest late errors"):
         table.add_row(
             name,
             show_metres(figures["initial_position_error"]),
@@ -51,7 +51,7 @@ def _robots_table(summary: dict[str, Any]) -> Table:
     table = make_table("How far wheels and ideal twin part, and what the floor had to do")
     for heading in ("robot", "path", "gap RMS", "gap max", "friction used", "torque at limit"):
         table.add_column(heading, justify="left" if heading == "robot" else "right")
-    for name, figures in summary["robots"].items():
+    for name, figures in _worst(table, summary["robots"], "peak_utilisation", "highest use of friction"):
         table.add_row(
             name,
             show_metres(figures["path_length"]),
@@ -63,11 +63,20 @@ def _robots_table(summary: dict[str, Any]) -> Table:
     return table
 
 
+def _worst(table: Table, rows: dict[str, Any], figure: str, called: str) -> list[tuple[str, Any]]:
+    """Returns the rows of a table of robots: all, or of a crowd the worst, of which the table's caption tells."""
+    if len(rows) <= _ROWS:
+        return list(rows.items())
+    worst = sorted(rows.items(), key=lambda row: math.inf if row[1][figure] is None else row[1][figure], reverse=True)
+    table.caption, table.caption_justify = f"the {called} of {len(rows)}; all are in summary.json", "left"
+    return worst[:_ROWS]
+
+
 def _events_table(events: list[dict[str, Any]]) -> Table:
     table = make_table("What went wrong on wheels")
     for heading in ("event", "robot", "wheel", "from", "to", "how bad"):
         table.add_column(heading, justify="right" if heading in ("from", "to") else "left")
-    for event in events[:_EVENTS]:
+    for event in events[:_ROWS]:
         table.add_row(
             event["kind"],
             escape(event["robot"]),
@@ -76,8 +85,8 @@ def _events_table(events: list[dict[str, Any]]) -> Table:
             f"{event['end']:.2f} s",
             f"{event['measure']} {_how_bad(event)}",
         )
-    if len(events) > _EVENTS:
-        table.caption, table.caption_justify = f"and {len(events) - _EVENTS} more in summary.json", "left"
+    if len(events) > _ROWS:
+        table.caption, table.caption_justify = f"and {len(events) - _ROWS} more in summary.json", "left"
     return table
 
 
