@@ -11,9 +11,9 @@ import pytest
 from typer.testing import CliRunner, Result
 
 from nhtrack import assets
+from nhtrack.cli import app
 from nhtrack.experiment.load import load
 from nhtrack.recording import Recording
-from nhtrack.terminal.app import app
 
 CAMPAIGN = """\
 name: mine

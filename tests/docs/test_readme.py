@@ -9,8 +9,8 @@ import pytest
 from typer.main import get_command
 
 import nhtrack
+from nhtrack.cli import app
 from nhtrack.experiment.load import load_text
-from nhtrack.terminal.app import app
 
 README = (Path(__file__).parents[2] / "README.md").read_text(encoding="utf-8")
 
