@@ -91,7 +91,7 @@ def test_no_process_outlives_the_one_it_works_for(how: int, tmp_path: Path) -> N
     workers = tmp_path / "workers"
     workers.mkdir()
     script.write_text(_PARENT.format(tests=str(Path(__file__).parents[0]), folder=str(workers)))
-    parent = subprocess.Popen([sys.executable, str(script)])
+    parent = subprocess.Popen([sys.executable, str(script)], stderr=subprocess.DEVNULL)
     _wait_for(lambda: len(list(workers.iterdir())) == 2)
     parent.send_signal(how)
     parent.wait()
