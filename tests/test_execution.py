@@ -72,14 +72,14 @@ def test_a_process_that_ends_is_told() -> None:
 @pytest.mark.slow
 def test_tasks_run_no_further_ahead_than_allowed() -> None:
     places = [place for place, _ in Processes(2, ahead=1)([2.0, 0.0, 0.0, 0.0], sleep)]
-    assert places[:2] == [1, 0]  # the third waits for the first
+    assert places.index(0) < min(places.index(2), places.index(3))  # which wait for the first
 
 
 @pytest.mark.slow
 def test_processes_end_with_the_iterator() -> None:
     begin = time.monotonic()
     with closing(Processes(2)([0.0, 30.0, 0.0, 30.0], sleep)) as results:
-        assert [next(results)[0], next(results)[0]] == [0, 2]
+        assert {next(results)[0], next(results)[0]} == {0, 2}
     assert time.monotonic() - begin < 20  # else it waited for those that sleep
     assert not multiprocessing.active_children()
 
