@@ -10,7 +10,7 @@ import typer
 
 from nhtrack.execution import cores
 from nhtrack.terminal.app import EXIT_DIVERGED, EXIT_INTERRUPTED, app, fail
-from nhtrack.terminal.options import Backend, Pdf, load_scenario
+from nhtrack.terminal.options import Backend, Changes, Pdf, load_scenario
 from nhtrack.terminal.screen import escape, make_table, progress_bars, screen, show_metres, show_quantity, show_share
 
 if TYPE_CHECKING:
@@ -45,9 +45,7 @@ def compare(
         str | None, typer.Option(help="What --tune wants, as in `nhtrack tune`; late by default.")
     ] = None,
     backend: Annotated[Backend | None, typer.Option(help="Override the scenario's backend.")] = None,
-    changes: Annotated[
-        list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Override any key: law.kp=3. Repeatable.")
-    ] = None,
+    changes: Changes = None,
     out: Annotated[
         Path | None, typer.Option(help="Results folder; by default a fresh runs/compare-<name>-<n>/.")
     ] = None,

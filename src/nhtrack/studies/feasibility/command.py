@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 
     from nhtrack.studies.feasibility.run import Feasibility
 
+
 @app.command()
 def feasibility(
     scenario: Annotated[

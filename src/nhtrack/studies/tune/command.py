@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 
     from nhtrack.studies.tune.run import Tuning
 
+
 @app.command()
 def tune(
     scenario: Annotated[str, typer.Argument(help="A scenario file, a bundled name, or a recording.nc.")],
