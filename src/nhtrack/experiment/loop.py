@@ -63,6 +63,18 @@ class Rollout:
     interrupted: bool = False
     every: int = 1
 
+    def require_whole(self) -> None:
+        """Raises what ended the run early.
+
+        Raises:
+            KeyboardInterrupt: the user stopped it.
+            SimulationDiverged: it diverged, or its law raised an exception.
+        """
+        if self.interrupted:
+            raise KeyboardInterrupt
+        if self.failure is not None:
+            raise self.failure
+
 
 def rollout(
     simulation: Simulation,

@@ -17,7 +17,7 @@ from nhtrack.config.documentation import json_schema
 from nhtrack.config.edit import scenario_text
 from nhtrack.config.schema import Similarity
 from nhtrack.errors import NhtrackError
-from nhtrack.execution import Processes, cores
+from nhtrack.execution import Processes
 from nhtrack.experiment.build import Experiment
 from nhtrack.experiment.compile import compile_once
 from nhtrack.experiment.loop import Progress
@@ -101,11 +101,10 @@ def run_campaign(
     campaign = _claim(campaign, folder, report)
     if tuned_by is not None:
         _take_gains(campaign, tuned_by, folder)
-    workers = processes or cores()
-    gains = _tuned(campaign, folder, report("tuning"), workers)
+    gains = _tuned(campaign, folder, report("tuning"), processes)
     cells = {key: Cell(campaign, *key, gains.get(key, {})) for key in product(campaign.laws, campaign.family_names)}
     parts = [part for cell in cells.values() for part in _parts(cell, folder)]
-    _all([part for part in parts if not part.path.exists()], run_part, report("runs"), workers)
+    _all([part for part in parts if not part.path.exists()], run_part, report("runs"), processes)
     runs = pd.concat([pd.read_parquet(part.path) for part in parts], ignore_index=True)
     arrival = campaign.arrival
     limits = {"position_limit": arrival.position, "heading_limit": arrival.heading}
@@ -223,14 +222,14 @@ def _at_time(campaign: Campaign, time: float) -> Campaign:
     return campaign.model_copy(update={"similarity": campaign.similarity.model_copy(update={"time": time})})
 
 
-def _tuned(campaign: Campaign, folder: Path, progress: Progress, workers: int) -> dict[Key, dict[str, float]]:
+def _tuned(campaign: Campaign, folder: Path, progress: Progress, processes: int | None) -> dict[Key, dict[str, float]]:
     """Returns the gains of the laws to be tuned, by label and family, searched where they are not there yet."""
     if campaign.tuning is None:
         return {}
     keys = list(product(campaign.tuning.laws, campaign.family_names))
     paths = {key: folder / "tuning" / f"{_slug(key[0])}-{_slug(key[1])}.json" for key in keys}
     missing = [_Search(campaign, *key, path) for key, path in paths.items() if not path.exists()]
-    _all(missing, _search, progress, workers)
+    _all(missing, _search, progress, processes)
     return {key: json.loads(path.read_text())["gains"] for key, path in paths.items()}
 
 
@@ -267,9 +266,9 @@ def _search(search: _Search) -> None:
     save_json(search.path, {"gains": found.gains, "account": found.account, "leaves": found.leaves})
 
 
-def _all(tasks: list[Task], work: Callable[[Task], Result], progress: Progress, workers: int) -> None:
+def _all(tasks: list[Task], work: Callable[[Task], Result], progress: Progress, processes: int | None) -> None:
     """Does tasks side by side in processes; what is done when one fails is on disk and stays."""
-    for done, _ in enumerate(Processes(workers)(tasks, work), start=1):
+    for done, _ in enumerate(Processes(processes)(tasks, work), start=1):
         progress(done, len(tasks))
 
 

@@ -189,10 +189,7 @@ def ideal_motion(experiment: Experiment, progress: Progress | None = None) -> tu
     """
     simulation = IdealSimulation(experiment.network.names, None, experiment.dt, keep_going=True)
     run = experiment.rollout(simulation, progress)
-    if run.interrupted:
-        raise KeyboardInterrupt
-    if run.failure is not None:
-        raise run.failure
+    run.require_whole()  # a robot that runs away is lost, and no failure
     return run, bool(simulation.lost.any())
 
 

@@ -312,10 +312,7 @@ class _Trial:
         experiment = build(_with_gains(scenario, {name: batch[:, i, None] for i, name in enumerate(self._names)}))
         simulation = IdealSimulation(experiment.network.names, None, experiment.dt, keep_going=True)
         run = experiment.rollout(simulation, progress, batch=(len(batch),))
-        if run.interrupted:
-            raise KeyboardInterrupt
-        if run.failure is not None:  # of the law itself; a robot that runs away is a candidate that is lost
-            raise run.failure
+        run.require_whole()  # a robot that runs away is a candidate that is lost, and no failure
         bodies = list(robots_with_wheels(experiment).values())
         margin = scenario.similarity.friction_margin
         figures = figures_of(run, bodies, self._drive, experiment.scene.ground, margin)
