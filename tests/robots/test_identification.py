@@ -10,7 +10,7 @@ from nhtrack import assets
 from nhtrack.errors import RobotError
 from nhtrack.robots.diff_drive import DiffDrive, identify
 from nhtrack.robots.diff_drive.identification import identify_parts
-from nhtrack.simulation.scene import load_robot
+from nhtrack.simulation.robot_models import load_robot
 from tolerances import HAND
 
 CART = """

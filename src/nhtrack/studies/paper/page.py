@@ -8,11 +8,11 @@ from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
 from nhtrack.analysis.metrics import smallest_separation, summary
-from nhtrack.config.input import SignalInput
 from nhtrack.config.robots import FollowerSection, LeaderSection, Start
 from nhtrack.config.scenario import Scenario
 from nhtrack.experiment.load import load_tree
 from nhtrack.recording import Recording
+from nhtrack.references import SignalInput
 
 if TYPE_CHECKING:
     from nhtrack.studies.paper.run import ExampleRuns
