@@ -22,7 +22,8 @@ from nhtrack.experiment.build import Experiment
 from nhtrack.experiment.compile import compile_once
 from nhtrack.experiment.loop import Progress
 from nhtrack.simulation.ideal import IdealSimulation
-from nhtrack.simulation.mujoco import MujocoSimulation, stepped_scene
+from nhtrack.simulation.mujoco import MujocoSimulation
+from nhtrack.simulation.scene import stepped_scene
 from nhtrack.studies.campaign.cell import Cell
 from nhtrack.studies.campaign.outcomes import figures_of, statistics_of
 from nhtrack.studies.campaign.tables import cells_of, rows_of, save_cells, save_runs, worst_first

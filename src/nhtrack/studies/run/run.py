@@ -30,8 +30,8 @@ from nhtrack.laws.address import runs_as_python
 from nhtrack.recording import Recording, make_recording
 from nhtrack.robots.diff_drive import DiffDrive
 from nhtrack.simulation.ideal import IdealSimulation
-from nhtrack.simulation.mujoco import MujocoSimulation, stepped_scene
-from nhtrack.simulation.scene import Scene
+from nhtrack.simulation.mujoco import MujocoSimulation
+from nhtrack.simulation.scene import Scene, stepped_scene
 from nhtrack.studies.feasibility.run import with_time
 
 __all__ = [

@@ -169,7 +169,7 @@ def tune(
     compile_once(stage)
     robot = robot_of(scenario)
     scenario = with_time(scenario, stage("time scale") if stage is not None else None, robot)
-    box = _Box.of(scenario, robot, seed, below_bound)
+    box = _Box.of(scenario, seed, below_bound, robot)
     trial = _Trial(scenario, box.names, objective, robot)
     report = stage("tuning") if stage is not None else lambda done, total: None
     found, costs, history = _search(trial, box, budget, report)
@@ -227,7 +227,7 @@ class _Box:
         self._random = np.random.default_rng(seed)
 
     @classmethod
-    def of(cls, scenario: Scenario, robot: RobotModels, seed: int, below_bound: bool) -> _Box:
+    def of(cls, scenario: Scenario, seed: int, below_bound: bool, robot: RobotModels | None = None) -> _Box:
         """Returns the box of a scenario's law."""
         ranges, size = ranges_of(scenario.law), _size(scenario, robot)
         if not ranges:
@@ -271,7 +271,7 @@ class _Box:
         raise TuningError("hardly any gains in the ranges keep the law's bounds; allow gains below them")
 
 
-def _size(scenario: Scenario, robot: RobotModels) -> float:
+def _size(scenario: Scenario, robot: RobotModels | None) -> float:
     """Returns the size of an experiment, in scenario units, see `Range`; 1 where nothing moves or is apart."""
     experiment = build(scenario, robot)
     start = experiment.start
