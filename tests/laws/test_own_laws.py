@@ -18,7 +18,7 @@ from nhtrack.config.law_sections import FileLaw
 from nhtrack.errors import ScenarioError, SimulationDiverged
 from nhtrack.experiment.load import load_text
 from nhtrack.laws import Law, LawError, LawKind, law_in, registry
-from nhtrack.laws.address import InterpretedLawWarning
+from nhtrack.laws.address import InterpretedLawWarning, entry_of
 from nhtrack.laws.contract import dimension
 from nhtrack.laws.evaluate import commands, first_memories
 from nhtrack.laws.faults import RESERVED
@@ -198,7 +198,7 @@ def assert_queues(law: Law) -> None:
 @pytest.mark.slow
 def test_memory_holds_tuples_and_helpers_are_compiled_decorated_or_not(tmp_path: Path) -> None:
     law = law_in(written(tmp_path, GAINS + HELPERS + QUEUE + command(SHIFT)))()
-    assert law.kind.entry.interpreted is None
+    assert entry_of(law.kind).interpreted is None
     assert_queues(law)
 
 
@@ -207,7 +207,7 @@ def test_what_cannot_be_compiled_says_why_and_where_and_does_the_same(tmp_path: 
     law = law_in(written(tmp_path, GAINS + HELPERS + queue + command(SHIFT)))()
     expected = r"law 'mine' runs as Python, each call some 250 times slower than compiled: .*IMPORT_NAME.*mine.py:16\)"
     with pytest.warns(InterpretedLawWarning, match=expected):
-        assert law.kind.entry.interpreted is not None
+        assert entry_of(law.kind).interpreted is not None
     assert_queues(law)
 
 

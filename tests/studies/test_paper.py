@@ -21,9 +21,9 @@ from nhtrack.experiment.load import load
 from nhtrack.network import Network
 from nhtrack.plots.graph import graph
 from nhtrack.studies.feasibility.run import ideal_motion
+from nhtrack.studies.paper.examples import EXAMPLES, ExampleError, examples_of
 from nhtrack.studies.paper.figure import START, leader_motion, panels, reference_path, together, tracks
 from nhtrack.studies.paper.page import angle, initial_conditions
-from nhtrack.studies.paper.run import EXAMPLES, ExampleError, examples_of
 from nhtrack.studies.run.run import simulate
 from recordings import synthetic_recording
 from tolerances import HAND

@@ -13,9 +13,10 @@ from nhtrack.analysis.metrics import late_rows
 from nhtrack.experiment.load import load
 from nhtrack.recording import Recording
 from nhtrack.report.page import render_page
+from nhtrack.studies.paper.examples import EXAMPLES, Example
 from nhtrack.studies.paper.report import Section, Table, paper_page, verdicts
 from nhtrack.studies.paper.report_sections import CLAIMS, Merit, command, merit, sections
-from nhtrack.studies.paper.run import EXAMPLES, Example, ExampleRuns
+from nhtrack.studies.paper.result import ExampleRuns
 from recordings import synthetic_recording
 from reports import HOSTILE, whole_recording
 

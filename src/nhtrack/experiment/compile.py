@@ -11,6 +11,7 @@ import numpy as np
 
 from nhtrack.compiled import cache_folder, is_complete, mark_complete
 from nhtrack.execution import Processes
+from nhtrack.experiment.kernels import CompiledSimulation
 from nhtrack.experiment.loop import rollout, run
 from nhtrack.experiment.run_statistics import ArrivalCriteria, RunStatistics
 from nhtrack.laws import Law, LawKind, laws
@@ -69,7 +70,7 @@ def _own_laws() -> tuple[LawKind, ...]:
     return tuple(kind for kind in laws().values() if kind.built_in)
 
 
-def _run(simulation: IdealSimulation | MujocoSimulation) -> None:
+def _run(simulation: CompiledSimulation) -> None:
     """Runs two robots for two periods in every way that compiled code is called."""
     network = Network.from_parents({"leader": (), "follower": ("leader",)})
     start = State(0.0, np.array([[0.0, 0.0, 0.0], [-0.5, 0.2, 0.0]]), np.zeros((2, 3)))

@@ -54,10 +54,11 @@ def progress_bars() -> Iterator[Callable[[str], Report]]:
 
 def print_how_laws_run(laws: Iterable[LawSection]) -> None:
     """Says on stderr which laws cannot be compiled, and why: what is about to be done takes long."""
+    from nhtrack.laws.address import entry_of, runs_as_python
+
     for law in laws:
-        reason = law.kind.entry.interpreted
+        reason = entry_of(law.kind).interpreted
         if reason is not None:
-            from nhtrack.laws.address import runs_as_python
 
             sys.stderr.write(f"warning: law {law.name!r} {runs_as_python(reason)}\n")
 

@@ -37,7 +37,8 @@ def paper(
     """Run the paper's five examples and draw all of its figures on one page, as Markdown and as a report."""
     if not re.fullmatch(r"\d+(,\d+)*", examples):
         raise typer.BadParameter(f"expected numbers such as 1,4, got {examples!r}", param_hint="--examples")
-    from nhtrack.studies.paper.run import ExampleError, examples_of, reproduce
+    from nhtrack.studies.paper.examples import ExampleError, examples_of
+    from nhtrack.studies.paper.run import reproduce
     from nhtrack.studies.run.run import fresh_folder
 
     try:

@@ -5,15 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from nhtrack.analysis.metrics import smallest_separation, summary
 from nhtrack.config.schema import Follower, Leader, Scenario, SignalInput, Start
 from nhtrack.experiment.load import load_tree
 from nhtrack.recording import Recording
-
-if TYPE_CHECKING:
-    from nhtrack.studies.paper.run import ExampleRuns
+from nhtrack.studies.paper.result import ExampleRuns
 
 STARTS = ("robot", "theta(0)", "x(0)", "y(0)", "omega(0)", "v_x(0)")
 FOLLOWERS = ("follower", "model", "position at T", "heading at T", "late position", "late heading")

@@ -6,7 +6,7 @@ import math
 import shlex
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -24,9 +24,7 @@ from nhtrack.presentation.numbers import quantity, seconds, share
 from nhtrack.recording import Recording
 from nhtrack.studies.paper.page import FOLLOWERS, STARTS, farthest, follower_rows, leader_path, settings, start_rows
 from nhtrack.studies.paper.report import Section, Table
-
-if TYPE_CHECKING:
-    from nhtrack.studies.paper.run import ExampleRuns
+from nhtrack.studies.paper.result import ExampleRuns
 
 CLAIMS = {
     1: "From this start the follower converges to a leader that accelerates along a smooth path: its errors in "

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
@@ -11,37 +10,16 @@ from nhtrack.errors import RecordingError
 from nhtrack.experiment.load import load
 from nhtrack.files.atomic import atomic_path
 from nhtrack.recording import Recording
-from nhtrack.studies.paper.examples import EXAMPLES, Example, ExampleError, PaperFigure, Runs, examples_of
+from nhtrack.studies.paper.examples import Example
+from nhtrack.studies.paper.result import ExampleRuns
 from nhtrack.studies.run.run import OutputError, Stage, simulate
 
 if TYPE_CHECKING:
     from nhtrack.experiment.loop import Progress
 
-__all__ = ["EXAMPLES", "Example", "ExampleError", "ExampleRuns", "PaperFigure", "examples_of", "reproduce"]
-
 Backend = Literal["mujoco", "ideal"]
 
 _FOLDER = "paper"  # of the scenarios, and of the figures beside the page
-
-
-@dataclass(frozen=True)
-class ExampleRuns:
-    """An example and its runs.
-
-    Attributes:
-        example: which.
-        wheels: runs on MuJoCo, empty where only the ideal model was asked for.
-        ideal: runs on the ideal model.
-    """
-
-    example: Example
-    wheels: Runs
-    ideal: Runs
-
-    @property
-    def shown(self) -> Runs:
-        """The runs that are drawn: on wheels where there are any."""
-        return self.wheels or self.ideal
 
 
 def reproduce(

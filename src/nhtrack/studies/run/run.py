@@ -25,7 +25,7 @@ from nhtrack.experiment.recorder import FullRecorder, Shape
 from nhtrack.experiment.stability import stability_warnings
 from nhtrack.experiment.storage import storage
 from nhtrack.files.folder import OutputError, claimed_folder, clear, fresh_folder, save_json
-from nhtrack.laws.address import runs_as_python
+from nhtrack.laws.address import entry_of, runs_as_python
 from nhtrack.recording import Recording, make_recording
 from nhtrack.robots.diff_drive import DiffDrive
 from nhtrack.simulation.ideal import IdealSimulation
@@ -187,7 +187,7 @@ def run_scenario(
 def warnings(scenario: Scenario, experiment: Experiment, twin: Rollout, drive: DiffDrive) -> tuple[str, ...]:
     """Returns what the gains and the ideal run say will go wrong on wheels, in sentences."""
     found = experiment.law.warnings()
-    interpreted = experiment.law.kind.entry.interpreted
+    interpreted = entry_of(experiment.law.kind).interpreted
     if interpreted is not None:
         found = (*found, f"law {scenario.law.name!r} {runs_as_python(interpreted)}")
     if scenario.backend == "ideal":
