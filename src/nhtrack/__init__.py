@@ -12,7 +12,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from nhtrack.config.schema import Scenario as Scenario
+    from nhtrack.config.scenario import Scenario as Scenario
     from nhtrack.experiment.load import load as load
     from nhtrack.recording import Recording as Recording
     from nhtrack.studies.run.run import run as run
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 _HOMES = {
     "Recording": "nhtrack.recording",
-    "Scenario": "nhtrack.config.schema",
+    "Scenario": "nhtrack.config.scenario",
     "load": "nhtrack.experiment.load",
     "run": "nhtrack.studies.run.run",
 }

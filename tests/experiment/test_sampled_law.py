@@ -15,7 +15,8 @@ import independent
 import tolerances as tol
 from drives import DRIVE
 from nhtrack.assets import find_scenario
-from nhtrack.config import schema
+from nhtrack.config.scenario import Scenario
+from nhtrack.config.similarity_section import SimilaritySection
 from nhtrack.experiment.build import Experiment, build
 from nhtrack.experiment.load import load
 from nhtrack.experiment.loop import Rollout, rollout
@@ -29,7 +30,7 @@ PAPER = ["example1", "example2", "example3_pi", "example3_minus_pi"]
 
 
 @cache
-def scenario(name: str) -> schema.Scenario:
+def scenario(name: str) -> Scenario:
     return load(find_scenario(f"paper/{name}"))
 
 
@@ -130,14 +131,14 @@ def test_sampled_law_tends_to_the_continuous_law_at_first_order() -> None:
 # -- similarity -------------------------------------------------------------------------------------
 
 
-def unscaled(given: schema.Scenario) -> schema.Scenario:
+def unscaled(given: Scenario) -> Scenario:
     """The same scenario without similarity: the same control instants, the dead zones in its own units."""
     L, T = given.similarity.length, given.similarity.time
     zone = given.law.dead_zone
     own = zone.model_copy(update={"length": zone.length / L, "speed": zone.speed * T / L})
     return given.model_copy(
         update={
-            "similarity": schema.Similarity(),
+            "similarity": SimilaritySection(),
             "control_rate": given.control_rate * T,
             "law": given.law.model_copy(update={"dead_zone": own}),
         }

@@ -15,7 +15,7 @@ import pytest
 import rivals
 from array_laws import FeedbackLinearisation, JiangNijmeijer, Kanayama, Leader, LookAhead, Robots, Samson
 from nhtrack import planar, se2
-from nhtrack.config.schema import Scenario
+from nhtrack.config.scenario import Scenario
 from nhtrack.experiment.build import build, make_law
 from nhtrack.experiment.load import load_text
 from nhtrack.experiment.loop import rollout

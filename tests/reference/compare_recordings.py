@@ -14,7 +14,7 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))  # where the package `reference` is
 
 from nhtrack.assets import bundled_scenarios
-from nhtrack.config.schema import Scenario
+from nhtrack.config.scenario import Scenario
 from nhtrack.experiment.load import load
 from nhtrack.studies.feasibility.run import with_time
 from nhtrack.studies.run.run import simulate

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from nhtrack.config.schema import Scenario
+from nhtrack.config.scenario import Scenario
 from nhtrack.recording import Recording
 
 POSITION = 1e-9  # [m] two implementations of one motion: rounding, amplified by the gains

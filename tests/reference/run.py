@@ -8,13 +8,14 @@ from typing import Literal
 
 import numpy as np
 
-from nhtrack.config import schema
+from nhtrack.config.input import Input, SignalValue, TableInput
 from nhtrack.config.law_sections import LawSection
-from nhtrack.ground import Patch
+from nhtrack.config.scenario import Scenario
+from nhtrack.experiment.build import make_scene_spec
 from nhtrack.network import Network
 from nhtrack.references import Reference, Signal, make_segments, make_signal
 from nhtrack.similarity import Similarity
-from nhtrack.simulation.scene import Payload, SceneSpec, reduced_models
+from nhtrack.simulation.scene import SceneSpec, reduced_models
 from reference.laws import BASELINES, Law, Limits, Published, Stabiliser, Universal
 from reference.motion_limits import motion_limits
 from reference.physics.ideal import IdealSimulation
@@ -27,7 +28,7 @@ Backend = Literal["mujoco", "ideal"]
 
 
 def run_reference(
-    scenario: schema.Scenario,
+    scenario: Scenario,
     duration_periods: int | None = None,
     backend: Backend | None = None,
     nudge: float = 0.0,
@@ -79,7 +80,7 @@ class Experiment:
         return rollout(simulation, self.law, self.network, self.inputs, self.start, self.tracking, telemetry)
 
 
-def build(scenario: schema.Scenario, periods: int | None = None) -> Experiment:
+def build(scenario: Scenario, periods: int | None = None) -> Experiment:
     """Returns the experiment of a scenario; the leader's input is taken at the middle of each period."""
     if scenario.similarity.time == "auto":
         raise ValueError("similarity.time: auto; put the number there first")
@@ -96,48 +97,15 @@ def build(scenario: schema.Scenario, periods: int | None = None) -> Experiment:
         start=_start(scenario, network, similarity),
         inputs=similarity.inputs_to_robot(_reference(scenario.leader.input).sample(middles)),
         dt=dt,
-        scene=_scene(scenario),
+        scene=make_scene_spec(scenario),
     )
 
 
-def _scene(scenario: schema.Scenario) -> SceneSpec:
-    physics, length = scenario.physics, scenario.similarity.length
-    return SceneSpec(
-        robots=tuple(scenario.parents),
-        robot=scenario.robot,
-        timestep=physics.timestep,
-        friction=physics.friction,
-        contact=physics.contact.model,
-        rate_correction=physics.contact.rate_correction,
-        robot_contact=physics.robot_contact,
-        virtual_root=scenario.leader.virtual,
-        base=physics.base,
-        patches=tuple(_patch(patch, length) for patch in physics.patches),
-        slope=physics.slope.angle,
-        uphill=physics.slope.uphill,
-        payload=_payload(physics.payload),
-        wheel_mismatch=physics.wheel_mismatch,
-        torque_limit=physics.motors.torque_limit,
-        no_load_speed=physics.motors.no_load_speed,
-        compensation=physics.compensation,
-    )
-
-
-def _patch(patch: schema.Patch, length: float) -> Patch:
-    shapes = {name: getattr(patch, name) for name in ("disc", "rectangle")}
-    scaled = {name: None if sides is None else tuple(length * side for side in sides) for name, sides in shapes.items()}
-    return Patch(patch.friction, **scaled)
-
-
-def _payload(payload: schema.Payload | None) -> Payload | None:
-    return None if payload is None else Payload(payload.mass, (*payload.offset, payload.height), payload.size)
-
-
-def _limits(scenario: schema.Scenario) -> Limits | None:
+def _limits(scenario: Scenario) -> Limits | None:
     wanted = getattr(scenario.law, "limits", None)
     if wanted is None:
         return None
-    spec = _scene(scenario)
+    spec = make_scene_spec(scenario)
     return motion_limits(reduced_models(spec)[1], spec.ground, wanted.utilisation, wanted.speed)
 
 
@@ -170,19 +138,19 @@ def _law(law: LawSection, similarity: Similarity, limits: Limits | None) -> Law:
             )
 
 
-def _reference(given: schema.Input) -> Reference:
-    if isinstance(given, schema.TableInput):
+def _reference(given: Input) -> Reference:
+    if isinstance(given, TableInput):
         return Reference.from_table(given.table.t, given.table.u_x, given.table.u_theta, given.interpolation)
     return Reference(_signal(given.u_x), _signal(given.u_theta))
 
 
-def _signal(given: schema.Signal) -> Signal:
+def _signal(given: SignalValue) -> Signal:
     if isinstance(given, tuple):
         return make_segments([(segment.until, segment.value) for segment in given])
     return make_signal(given)
 
 
-def _tracking(scenario: schema.Scenario, network: Network, similarity: Similarity) -> Tracking:
+def _tracking(scenario: Scenario, network: Network, similarity: Similarity) -> Tracking:
     places = {follower.name: follower.offset for follower in scenario.followers}
     offsets = np.array([places.get(name, (0.0, 0.0)) for name in network.names])
     return Tracking(
@@ -194,7 +162,7 @@ def _tracking(scenario: schema.Scenario, network: Network, similarity: Similarit
     )
 
 
-def _start(scenario: schema.Scenario, network: Network, similarity: Similarity) -> State:
+def _start(scenario: Scenario, network: Network, similarity: Similarity) -> State:
     starts = {scenario.leader.name: scenario.leader.start} | {f.name: f.start for f in scenario.followers}
     pose = np.array([starts[name].pose for name in network.names])
     twist = np.array([(starts[name].twist[0], 0.0, starts[name].twist[1]) for name in network.names])

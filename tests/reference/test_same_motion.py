@@ -9,7 +9,8 @@ import pytest
 from pydantic import TypeAdapter
 
 from nhtrack.assets import bundled_scenarios
-from nhtrack.config import schema
+from nhtrack.config.law_sections import Law
+from nhtrack.config.scenario import Scenario
 from nhtrack.experiment.load import load
 from nhtrack.studies.feasibility.run import with_time
 from nhtrack.studies.run.run import simulate
@@ -35,7 +36,7 @@ LAWS: Mapping[str, Mapping[str, object]] = {
 }
 
 
-def differences(scenario: schema.Scenario, periods: int) -> Comparison:
+def differences(scenario: Scenario, periods: int) -> Comparison:
     """Returns how far a run of the package is from the array code's."""
     reference = run_reference(scenario, periods, telemetry=False)
     found = arrays_of(simulate(shortened(scenario, periods)).recording)
@@ -73,7 +74,7 @@ def test_law_moves_ideal_robots_as_the_array_law(law: str, twist: str) -> None:
             "followers": followers,
             "virtual_leader": "exact" if twist == "exact" else "convex",
             "formation": twist,
-            "law": TypeAdapter(schema.Law).validate_python({"name": law} | dict(LAWS[law])),
+            "law": TypeAdapter(Law).validate_python({"name": law} | dict(LAWS[law])),
         }
     )
     require_same(differences(scenario, round(LAW_SECONDS * scenario.control_rate)))
@@ -81,9 +82,7 @@ def test_law_moves_ideal_robots_as_the_array_law(law: str, twist: str) -> None:
 
 def test_time_scale_has_to_be_a_number() -> None:
     scenario = load("tour/hello")
-    scenario = scenario.model_copy(
-        update={"similarity": scenario.similarity.model_copy(update={"time": "auto"})}
-    )
+    scenario = scenario.model_copy(update={"similarity": scenario.similarity.model_copy(update={"time": "auto"})})
     with pytest.raises(ValueError, match="auto"):
         run_reference(scenario, 1)
 

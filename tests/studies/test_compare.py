@@ -11,7 +11,7 @@ import pytest
 
 from nhtrack import se2
 from nhtrack.config.law_sections import LawSection, law_names, law_section
-from nhtrack.config.schema import Scenario
+from nhtrack.config.scenario import Scenario
 from nhtrack.errors import FeasibilityError, ScenarioError
 from nhtrack.experiment.load import load, load_text
 from nhtrack.files.folder import OutputError

@@ -25,7 +25,7 @@ from nhtrack.analysis.demand import (
     rounded_up,
     wheel_uses,
 )
-from nhtrack.config.schema import Scenario
+from nhtrack.config.scenario import Scenario
 from nhtrack.errors import FeasibilityError, ScenarioError
 from nhtrack.experiment.build import build
 from nhtrack.experiment.load import load_text

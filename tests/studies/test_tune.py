@@ -13,7 +13,7 @@ from nhtrack import assets
 from nhtrack.analysis.metrics import summary
 from nhtrack.config.edit import EditError, save_law_gains, with_law_gains
 from nhtrack.config.law_sections import law_names
-from nhtrack.config.schema import Scenario
+from nhtrack.config.scenario import Scenario
 from nhtrack.errors import ScenarioError
 from nhtrack.experiment.build import make_law
 from nhtrack.experiment.load import load, load_text

@@ -22,7 +22,7 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 
 from nhtrack.arrays import Array
-from nhtrack.config.schema import Scenario
+from nhtrack.config.scenario import Scenario
 from nhtrack.experiment.build import Experiment
 from nhtrack.experiment.loop import Rollout
 from nhtrack.ground import Gravity, Ground

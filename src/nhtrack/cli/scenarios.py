@@ -15,7 +15,7 @@ from nhtrack.terminal.screen import screen
 
 if TYPE_CHECKING:
     from nhtrack.config.campaign import Campaign
-    from nhtrack.config.schema import Scenario
+    from nhtrack.config.scenario import Scenario
 
 
 @app.command()
@@ -60,7 +60,7 @@ def schema(
     """Print the JSON Schema of scenario files, for editors that complete and check them."""
     from nhtrack.config.campaign import Campaign
     from nhtrack.config.documentation import json_schema
-    from nhtrack.config.schema import Scenario
+    from nhtrack.config.scenario import Scenario
 
     text = json.dumps(json_schema(Campaign if campaign else Scenario), indent=2)
     if out is None:

@@ -15,11 +15,14 @@ from pydantic import AfterValidator, Discriminator, Field, Tag
 
 from nhtrack.config.checks import Checks, Clock, Finding, clock_findings, input_findings
 from nhtrack.config.families import FAMILIES, RANDOM
+from nhtrack.config.input import SignalInput, SignalValue
 from nhtrack.config.law_sections import Law
-from nhtrack.config.schema import Backend, Name, Physics, PlanarTwist, RunName, Signal, SignalInput, Similarity
-from nhtrack.config.section import Section, fault
+from nhtrack.config.physics import Physics
+from nhtrack.config.similarity_section import SimilaritySection
 from nhtrack.config.tree import lookup
+from nhtrack.config.values import Backend, Name, PlanarTwist, RunName
 from nhtrack.errors import did_you_mean
+from nhtrack.section import Section, fault
 
 _LABEL = re.compile(r"[A-Za-z][A-Za-z0-9_ -]{0,39}\Z")  # it names files
 BUNDLED = (*FAMILIES, RANDOM)
@@ -54,8 +57,8 @@ class Family(Section):
     """A reference: what the leader does."""
 
     name: Name = Field(description="how tables call it")
-    u_x: Signal = Field(description="forward acceleration [scenario length/time^2]")
-    u_theta: Signal = Field(description="angular acceleration [rad/scenario time^2]")
+    u_x: SignalValue = Field(description="forward acceleration [scenario length/time^2]")
+    u_theta: SignalValue = Field(description="angular acceleration [rad/scenario time^2]")
     twist: PlanarTwist = Field(
         default=(0.0, 0.0), description="v [scenario length/time] and omega [rad/scenario time] at the start"
     )
@@ -66,7 +69,7 @@ class Family(Section):
         return SignalInput(u_x=self.u_x, u_theta=self.u_theta)
 
 
-class Tuning(Section):
+class TuningSection(Section):
     """Gains that are searched before a law is tried, anew for every family, as `nhtrack tune` does."""
 
     laws: Annotated[tuple[str, ...], Field(strict=False, min_length=1)] = Field(description="labels of these laws")
@@ -100,8 +103,8 @@ class Campaign(Section):
     name: RunName = Field(description="names the campaign and its results folder")
     description: str = Field(default="", description="one line for people, shown by `nhtrack list`")
     duration: float = Field(default=80.0, gt=0, description="how long every run lasts [scenario time]")
-    similarity: Similarity = Field(
-        default=Similarity(),
+    similarity: SimilaritySection = Field(
+        default=SimilaritySection(),
         description="scenario units to metres and seconds; `time: auto` takes the smallest at which every family's "
         "leader and `probes` followers fit under the first law, without its limits",
     )
@@ -121,7 +124,9 @@ class Campaign(Section):
     )
     starts: Starts = Field(default=Starts(), description="where followers begin")
     arrival: Arrival = Field(default=Arrival(), description="what counts as converged")
-    tuning: Tuning | None = Field(default=None, description="gains to be searched first; null takes them as they are")
+    tuning: TuningSection | None = Field(
+        default=None, description="gains to be searched first; null takes them as they are"
+    )
     probes: int = Field(default=24, ge=1, le=200, description="starts that `time: auto` looks at, for every family [1]")
 
     @property
@@ -141,7 +146,7 @@ class Campaign(Section):
         """Control periods of a run.
 
         Raises:
-            TypeError: see `Similarity.time_scale`.
+            TypeError: see `SimilaritySection.time_scale`.
         """
         return max(1, round(self.duration * self.similarity.time_scale * self.control_rate))
 

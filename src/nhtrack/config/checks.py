@@ -14,7 +14,10 @@ from typing import Any
 
 import numpy as np
 
-from nhtrack.config.schema import Leader, Physics, Scenario, Similarity
+from nhtrack.config.physics import Physics
+from nhtrack.config.robots import LeaderSection
+from nhtrack.config.scenario import Scenario
+from nhtrack.config.similarity_section import SimilaritySection
 from nhtrack.config.tree import Path, lookup
 from nhtrack.network import network_faults
 from nhtrack.references import ReferenceInputError, Signal, Table, make_segments, make_signal
@@ -71,7 +74,7 @@ class Clock:
         """Returns the times of a tree."""
         return cls(
             _positive(lookup(tree, ("duration",))),
-            _positive(lookup(tree, ("similarity", "time"), Similarity.model_fields["time"].default)),
+            _positive(lookup(tree, ("similarity", "time"), SimilaritySection.model_fields["time"].default)),
             _positive(lookup(tree, ("control_rate",), Scenario.model_fields["control_rate"].default)),
             _positive(lookup(tree, ("physics", "timestep"), Physics.model_fields["timestep"].default)),
         )
@@ -149,7 +152,7 @@ def _exact(rate: float) -> bool:
 
 def _network_findings(tree: Mapping[str, Any]) -> Iterator[Finding]:
     """Yields faults of names and parents."""
-    leader = lookup(tree, ("leader", "name"), Leader.model_fields["name"].default)
+    leader = lookup(tree, ("leader", "name"), LeaderSection.model_fields["name"].default)
     followers = lookup(tree, ("followers",))
     if not isinstance(followers, list) or not isinstance(leader, str):
         return

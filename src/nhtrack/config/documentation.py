@@ -12,9 +12,9 @@ from pathlib import Path
 from typing import Any
 
 from nhtrack.config.campaign import Campaign
-from nhtrack.config.schema import Scenario
-from nhtrack.config.section import Section
+from nhtrack.config.scenario import Scenario
 from nhtrack.references import CONSTANTS, FUNCTIONS
+from nhtrack.section import Section, title_of
 
 COMMAND = "python -m nhtrack.config.documentation docs"
 
@@ -41,7 +41,7 @@ def campaign_page() -> str:
     parts = [(name, part) for name, part in _sections("Campaign", json_schema(Campaign)) if name not in shared]
     text = "\n".join([_CAMPAIGNS.format(command=COMMAND), *(_section(name, part) for name, part in parts)])
     for name in shared:  # sections that scenarios have as well are described there
-        text = text.replace(f"](#{name.lower()})", f"](scenario.md#{name.lower()})")
+        text = text.replace(f"](#{_anchor(name)})", f"](scenario.md#{_anchor(name)})")
     return text
 
 
@@ -70,7 +70,14 @@ def _mentioned(node: Any) -> list[str]:
 
 
 def _section(name: str, part: Mapping[str, Any]) -> str:
-    lines = [f"## {name}", "", part["description"], "", "| key | type | default | meaning |", "|---|---|---|---|"]
+    lines = [
+        f"## {title_of(name)}",
+        "",
+        part["description"],
+        "",
+        "| key | type | default | meaning |",
+        "|---|---|---|---|",
+    ]
     required = part.get("required", ())
     # What a section is called comes first, whichever class its keys were inherited from.
     for key, value in sorted(part["properties"].items(), key=lambda item: item[0] != "name"):
@@ -82,11 +89,16 @@ def _section(name: str, part: Mapping[str, Any]) -> str:
     return "\n".join(lines) + "\n"
 
 
+def _anchor(name: str) -> str:
+    """Returns where a page has the section of a class name."""
+    return title_of(name).lower()
+
+
 def _type(value: Mapping[str, Any]) -> str:
     """Returns the type of a key in words, with its bounds."""
     if "$ref" in value:
         name = value["$ref"].rsplit("/", 1)[-1]
-        return f"[{name}](#{name.lower()})"
+        return f"[{title_of(name)}](#{_anchor(name)})"
     for union in ("oneOf", "anyOf"):
         if union in value:
             return " or ".join(_type(form) for form in value[union])

@@ -21,11 +21,11 @@ from pydantic import (
 )
 from pydantic_core import InitErrorDetails
 
-from nhtrack.config.section import Section, fault
 from nhtrack.laws import Gain, LawError, LawKind, law_in, law_of_text, laws
 from nhtrack.laws.contract import dimension
 from nhtrack.laws.slots import slots_of
 from nhtrack.laws.trial import trial_fault
+from nhtrack.section import Section, fault
 from nhtrack.similarity import Similarity
 
 _FILE = "<file>"

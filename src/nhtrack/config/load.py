@@ -16,10 +16,10 @@ from nhtrack.config.campaign import Campaign, campaign_findings
 from nhtrack.config.checks import Checks, Finding, findings, is_robot_file, no_checks
 from nhtrack.config.csv_table import read_table
 from nhtrack.config.messages import shape_faults
-from nhtrack.config.schema import Scenario
-from nhtrack.config.section import Section
+from nhtrack.config.scenario import Scenario
 from nhtrack.config.tree import Document, Path, ancestors, dotted, lookup, parse_path, parse_yaml, plain_value
 from nhtrack.errors import Fault, ScenarioError, did_you_mean
+from nhtrack.section import Section
 
 Kind = TypeVar("Kind", bound=Section)
 

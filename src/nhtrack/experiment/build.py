@@ -7,8 +7,10 @@ from math import inf
 
 import numpy as np
 
-from nhtrack.config import schema
+from nhtrack.config.input import Input, SignalInput, SignalValue, TableInput
 from nhtrack.config.law_sections import LawSection
+from nhtrack.config.physics import PatchSection, PayloadSection
+from nhtrack.config.scenario import Scenario
 from nhtrack.errors import SimulationDiverged
 from nhtrack.experiment.followers import Tracking
 from nhtrack.experiment.kernels import CompiledSimulation
@@ -75,7 +77,7 @@ class Experiment:
         )
 
 
-def build(scenario: schema.Scenario) -> Experiment:
+def build(scenario: Scenario) -> Experiment:
     """Returns the experiment of a scenario.
 
     Raises:
@@ -100,7 +102,7 @@ def build(scenario: schema.Scenario) -> Experiment:
     )
 
 
-def make_scene_spec(scenario: schema.Scenario) -> SceneSpec:
+def make_scene_spec(scenario: Scenario) -> SceneSpec:
     """Returns what to compose for MuJoCo; needs no time scale."""
     physics, length = scenario.physics, scenario.similarity.length
     return SceneSpec(
@@ -124,18 +126,18 @@ def make_scene_spec(scenario: schema.Scenario) -> SceneSpec:
     )
 
 
-def _patch(patch: schema.Patch, length: float) -> Patch:
+def _patch(patch: PatchSection, length: float) -> Patch:
     shapes = {name: getattr(patch, name) for name in ("disc", "rectangle")}
     scaled = {name: None if sides is None else tuple(length * side for side in sides) for name, sides in shapes.items()}
     return Patch(patch.friction, **scaled)
 
 
-def make_payload(payload: schema.Payload | None) -> Payload | None:
+def make_payload(payload: PayloadSection | None) -> Payload | None:
     """Returns what robots carry; payloads are in robot units already."""
     return None if payload is None else Payload(payload.mass, (*payload.offset, payload.height), payload.size)
 
 
-def make_limits(scenario: schema.Scenario) -> Limits | None:
+def make_limits(scenario: Scenario) -> Limits | None:
     """Returns the limits that a scenario's law keeps, in robot units, or None; needs no time scale.
 
     Raises:
@@ -153,24 +155,24 @@ def make_law(law: LawSection, similarity: Similarity, limits: Limits | None = No
     return law.kind(limits=limits, **law.gains(similarity))
 
 
-def make_reference(given: schema.Input) -> Reference:
+def make_reference(given: Input) -> Reference:
     """Returns the reference of a leader's input, in scenario units."""
     match given:
-        case schema.TableInput(table=table):
+        case TableInput(table=table):
             return Reference.from_table(table.t, table.u_x, table.u_theta, given.interpolation)
-        case schema.SignalInput():
+        case SignalInput():
             return Reference(_signal(given.u_x), _signal(given.u_theta))
         case _:
             raise TypeError("a CSV input becomes a table when the scenario is loaded; load it with nhtrack.load")
 
 
-def _signal(given: schema.Signal) -> Signal:
+def _signal(given: SignalValue) -> Signal:
     if isinstance(given, tuple):
         return make_segments([(segment.until, segment.value) for segment in given])
     return make_signal(given)
 
 
-def _tracking(scenario: schema.Scenario, network: Network, similarity: Similarity) -> Tracking:
+def _tracking(scenario: Scenario, network: Network, similarity: Similarity) -> Tracking:
     places = {follower.name: follower.offset for follower in scenario.followers}
     offsets = np.array([places.get(name, (0.0, 0.0)) for name in network.names])
     return Tracking(
@@ -182,7 +184,7 @@ def _tracking(scenario: schema.Scenario, network: Network, similarity: Similarit
     )
 
 
-def _start(scenario: schema.Scenario, network: Network, similarity: Similarity) -> State:
+def _start(scenario: Scenario, network: Network, similarity: Similarity) -> State:
     starts = {scenario.leader.name: scenario.leader.start} | {f.name: f.start for f in scenario.followers}
     pose = np.array([starts[name].pose for name in network.names])
     twist = np.array([(starts[name].twist[0], 0.0, starts[name].twist[1]) for name in network.names])

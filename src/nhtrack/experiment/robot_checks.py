@@ -8,7 +8,7 @@ from typing import Any
 
 from nhtrack import assets
 from nhtrack.config.checks import Finding, is_robot_file
-from nhtrack.config.schema import Scenario
+from nhtrack.config.scenario import Scenario
 from nhtrack.config.tree import lookup
 from nhtrack.errors import RobotError, did_you_mean
 from nhtrack.experiment.stability import stability_findings

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from pydantic import ValidationError
 
-from nhtrack.config.schema import Physics, Scenario
+from nhtrack.config.physics import Physics
+from nhtrack.config.scenario import Scenario
 from nhtrack.config.tree import Path, lookup
 from nhtrack.errors import RobotError
 

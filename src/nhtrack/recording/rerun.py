@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from nhtrack.compiled import cache_folder
-from nhtrack.config.schema import Scenario
+from nhtrack.config.scenario import Scenario
 from nhtrack.errors import Fault, ScenarioError
 from nhtrack.experiment.load import load_tree
 from nhtrack.files.atomic import atomic_path

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 if TYPE_CHECKING:
-    from nhtrack.config.schema import Scenario
+    from nhtrack.config.scenario import Scenario
 
 
 class Backend(StrEnum):

@@ -9,8 +9,10 @@ from functools import cached_property
 import numpy as np
 
 from nhtrack.config.campaign import Campaign
+from nhtrack.config.input import Segment, SignalInput
 from nhtrack.config.law_sections import Law
-from nhtrack.config.schema import Follower, Leader, Scenario, Segment, SignalInput, Start
+from nhtrack.config.robots import FollowerSection, LeaderSection, Start
+from nhtrack.config.scenario import Scenario
 from nhtrack.experiment.build import Experiment, build
 from nhtrack.simulation.state import State
 from nhtrack.studies.campaign.draw import Draw, Pieces, draw_pieces, draw_starts
@@ -75,9 +77,9 @@ class Cell:
             robot=campaign.robot,
             physics=campaign.physics,
             control_rate=campaign.control_rate,
-            leader=Leader(virtual=virtual, start=leader, input=self._input(starts[0])),
+            leader=LeaderSection(virtual=virtual, start=leader, input=self._input(starts[0])),
             followers=tuple(
-                Follower(name=name, parents=("leader",), start=self._start(start))
+                FollowerSection(name=name, parents=("leader",), start=self._start(start))
                 for name, start in zip(names, starts, strict=True)
             ),
             law=self.law,

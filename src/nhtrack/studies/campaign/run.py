@@ -15,7 +15,7 @@ import pandas as pd
 from nhtrack.config.campaign import Campaign
 from nhtrack.config.documentation import json_schema
 from nhtrack.config.edit import scenario_text
-from nhtrack.config.schema import Similarity
+from nhtrack.config.similarity_section import SimilaritySection
 from nhtrack.errors import NhtrackError
 from nhtrack.execution import Processes
 from nhtrack.experiment.build import Experiment
@@ -207,7 +207,7 @@ def with_time(campaign: Campaign, progress: Progress | None = None) -> Campaign:
     label, law = next(iter(campaign.laws.items()))
     free = law.model_copy(update={"limits": None}) if "limits" in type(law).model_fields else law
     starts = campaign.starts.model_copy(update={"count": campaign.probes})
-    guess = Similarity(length=campaign.similarity.length, friction_margin=campaign.similarity.friction_margin)
+    guess = SimilaritySection(length=campaign.similarity.length, friction_margin=campaign.similarity.friction_margin)
     probe = campaign.model_copy(update={"laws": {label: free}, "starts": starts, "similarity": guess})
     times = []
     for done, family in enumerate(campaign.family_names):

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from rich.console import Console
     from rich.table import Table
 
-    from nhtrack.config.schema import Scenario
+    from nhtrack.config.scenario import Scenario
     from nhtrack.studies.compare.ranking import Standing
     from nhtrack.studies.compare.result import Comparison, Search
 

@@ -14,10 +14,10 @@ from pydantic import ValidationError
 from nhtrack.colours import FOLLOWERS
 from nhtrack.config.law_sections import Law, law_names, law_section
 from nhtrack.config.messages import shape_faults
-from nhtrack.config.schema import Scenario
-from nhtrack.config.section import Section
+from nhtrack.config.scenario import Scenario
 from nhtrack.config.tree import ancestors, dotted, parse_yaml
 from nhtrack.errors import Fault, NhtrackError, ScenarioError, did_you_mean
+from nhtrack.section import Section
 
 MOST_LAWS = len(FOLLOWERS)  # each has a colour of its own
 

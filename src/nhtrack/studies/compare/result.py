@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from nhtrack.config.schema import Scenario
+from nhtrack.config.scenario import Scenario
 from nhtrack.recording import Recording
 from nhtrack.studies.compare.ranking import Standing, best, standing
 from nhtrack.studies.run.run import Outcome, versions

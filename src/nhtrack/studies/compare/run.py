@@ -8,7 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from nhtrack.config.law_sections import Law
-from nhtrack.config.schema import Scenario
+from nhtrack.config.scenario import Scenario
 from nhtrack.errors import FeasibilityError
 from nhtrack.experiment.build import make_limits
 from nhtrack.files.folder import COMPARISON, claimed_folder, clear, save_json

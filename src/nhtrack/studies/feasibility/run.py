@@ -8,7 +8,7 @@ from typing import Any
 
 from nhtrack.analysis.demand import Binding, Demand, bindings, demands, rounded_up
 from nhtrack.config.checks import MOST_PERIODS
-from nhtrack.config.schema import Scenario
+from nhtrack.config.scenario import Scenario
 from nhtrack.errors import FeasibilityError
 from nhtrack.experiment.build import Experiment, build, make_scene_spec
 from nhtrack.experiment.loop import Progress, Rollout

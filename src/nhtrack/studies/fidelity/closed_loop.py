@@ -8,7 +8,7 @@ import numpy as np
 
 from nhtrack import assets
 from nhtrack.analysis.metrics import heading_gap, position_gap
-from nhtrack.config.schema import Scenario
+from nhtrack.config.scenario import Scenario
 from nhtrack.experiment.load import load
 from nhtrack.recording import Recording
 from nhtrack.studies.fidelity.bench import Bench, Finding

@@ -8,7 +8,9 @@ from fractions import Fraction
 from typing import Any
 
 from nhtrack.analysis.metrics import smallest_separation, summary
-from nhtrack.config.schema import Follower, Leader, Scenario, SignalInput, Start
+from nhtrack.config.input import SignalInput
+from nhtrack.config.robots import FollowerSection, LeaderSection, Start
+from nhtrack.config.scenario import Scenario
 from nhtrack.experiment.load import load_tree
 from nhtrack.recording import Recording
 from nhtrack.studies.paper.result import ExampleRuns
@@ -62,7 +64,7 @@ def initial_conditions(scenario: Scenario) -> str:
 
 def start_rows(scenario: Scenario) -> list[list[str]]:
     """Returns the rows of that table."""
-    robots: list[Leader | Follower] = [scenario.leader, *scenario.followers]
+    robots: list[LeaderSection | FollowerSection] = [scenario.leader, *scenario.followers]
     return [[robot.name, *_start(robot.start)] for robot in robots]
 
 

@@ -52,7 +52,7 @@ def render(
     if speed is not None and not speed > 0:
         raise typer.BadParameter(f"expected a number greater than 0, got {speed:g}", param_hint="--speed")
     pixels = _pixels(size) if size is not None else None
-    from nhtrack.config.schema import Video
+    from nhtrack.config.video import Video
     from nhtrack.recording import Recording
 
     loaded = Recording.load(recording)

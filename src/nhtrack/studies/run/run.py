@@ -15,7 +15,8 @@ import numpy as np
 from nhtrack.analysis.demand import predictions
 from nhtrack.analysis.events import find_events, sentences
 from nhtrack.analysis.metrics import summary
-from nhtrack.config.schema import Scenario, Video
+from nhtrack.config.scenario import Scenario
+from nhtrack.config.video import Video
 from nhtrack.errors import RenderError, SimulationDiverged
 from nhtrack.experiment.build import Experiment, build
 from nhtrack.experiment.compile import compile_once

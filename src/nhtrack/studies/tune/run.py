@@ -20,7 +20,7 @@ from scipy.special import ndtri
 from nhtrack.analysis.demand import robots_with_wheels
 from nhtrack.arrays import Array
 from nhtrack.config.law_sections import LawSection, powers
-from nhtrack.config.schema import Scenario
+from nhtrack.config.scenario import Scenario
 from nhtrack.errors import NhtrackError
 from nhtrack.experiment.build import build, make_law
 from nhtrack.experiment.compile import compile_once

@@ -1,13 +1,24 @@
-"""What all sections of a scenario or campaign file have in common."""
+"""What all sections of a scenario or campaign file have in common, wherever in the package they are defined."""
 
 from __future__ import annotations
 
-from typing import Any, Self
+from typing import Annotated, Any, Self, TypeAlias
 
-from pydantic import BaseModel, ConfigDict, ModelWrapValidatorHandler, ValidationError, model_validator
+from pydantic import (
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    ModelWrapValidatorHandler,
+    ValidationError,
+    model_validator,
+)
 from pydantic_core import ErrorDetails, InitErrorDetails, PydanticCustomError
 
 from nhtrack.errors import did_you_mean
+
+# YAML lists become tuples, which stay frozen; only the container is converted, never what is in it.
+Point: TypeAlias = Annotated[tuple[float, float], Field(strict=False)]
 
 
 def fault(message: str) -> PydanticCustomError:
@@ -15,10 +26,33 @@ def fault(message: str) -> PydanticCustomError:
     return PydanticCustomError("fault", "{message}", {"message": message})
 
 
+def counted(*names: str) -> BeforeValidator:
+    """Returns the validator that says by name which values a list of another length ought to have."""
+
+    def judge(value: Any) -> Any:
+        if isinstance(value, (list, tuple)) and len(value) != len(names):
+            raise fault(f"expected {len(names)} values ({', '.join(names)}), got {len(value)}")
+        return value
+
+    return BeforeValidator(judge)
+
+
+def title_of(name: str) -> str:
+    """Returns what documents call a section of a class name: `PayloadSection` is the section Payload."""
+    return name.removesuffix("Section") or name
+
+
 class Section(BaseModel):
     """A mapping of the file: frozen, no unknown keys, no conversion between types, finite numbers only."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False, hide_input_in_errors=True)
+    model_config = ConfigDict(
+        frozen=True,
+        extra="forbid",
+        strict=True,
+        allow_inf_nan=False,
+        hide_input_in_errors=True,
+        model_title_generator=lambda section: title_of(section.__name__),
+    )
 
     @model_validator(mode="wrap")
     @classmethod
