@@ -205,7 +205,7 @@ def test_the_tree_says_what_was_compared(folder: Path, runs: dict[str, Recording
     assert (tree["name"], tree["backend"], tree["search"], tree["notes"]) == ("case", "ideal", None, [])
     assert {"nhtrack", "mujoco"} <= set(tree["versions"])
     for row in tree["laws"]:
-        assert runs[row["label"]].scenario["law"] == row["law"]
+        assert runs[row["label"]].scenario.law.model_dump(mode="json") == row["law"]
 
 
 def a_standing(outcome: str = "completed", **figures: float | None) -> Standing:
