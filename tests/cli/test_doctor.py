@@ -77,7 +77,7 @@ def test_folder_that_cannot_be_written(monkeypatch):
     def refuse(**_: object) -> None:
         raise PermissionError(13, "Permission denied")
 
-    monkeypatch.setattr(doctor.tempfile, "NamedTemporaryFile", refuse)
+    monkeypatch.setattr(doctor.tempfile, "TemporaryFile", refuse)
     check = by_name(doctor.report())["disk"]
     assert not check.ok
     assert "not writeable (Permission denied)" in check.detail

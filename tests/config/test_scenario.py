@@ -19,7 +19,7 @@ from pydantic import ValidationError
 from nhtrack import assets
 from nhtrack.config.documentation import COMMAND, campaign_page, json_schema, scenario_page
 from nhtrack.config.input import Segment, SignalInput, TableInput
-from nhtrack.config.load import apply_overrides
+from nhtrack.config.overrides import apply_overrides
 from nhtrack.config.scenario import Scenario
 from nhtrack.config.tree import dotted, lookup, parse_path, parse_yaml
 from nhtrack.errors import ScenarioError

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import json
 import re
 from collections.abc import Iterable
 from pathlib import Path
@@ -12,9 +13,14 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from nhtrack import assets
 from nhtrack.errors import RecordingError
+from nhtrack.experiment.build import build
+from nhtrack.experiment.load import load
 from nhtrack.files.atomic import atomic_path
+from nhtrack.laws import LawError
 from nhtrack.recording import FORMAT_VERSION, VARIABLES, Recording, make_recording
+from nhtrack.recording.scenario import LawText, read_scenario
 
 ROBOTS = ("leader", "follower")
 SOME = ("leader_pose", "tilt", "wheel_torque")
@@ -27,7 +33,7 @@ ATTRIBUTES: dict[str, Any] = {
     "outcome": "completed",
     "model_hash": "3f",
     "parents": {"leader": [], "follower": ["leader"]},
-    "scenario": {"name": "example1", "duration": 20.0, "leader": {"start": {"pose": [0, 0, 0.1]}}},
+    "scenario": load("tour/hello").model_dump(mode="json"),
     "versions": {"nhtrack": "0.1.0", "mujoco": "3.17.0"},
 }
 
@@ -96,11 +102,48 @@ def test_properties_read_what_was_stored(loaded: Recording) -> None:
     assert recording.parents == {"leader": (), "follower": ("leader",)}
     assert (recording.length_scale, recording.time_scale) == (0.004, 4.0)
     assert recording.outcome == "completed"
-    assert recording.scenario == ATTRIBUTES["scenario"]
+    assert recording.scenario == load("tour/hello")
     assert recording.versions == ATTRIBUTES["versions"]
-    assert recording.dataset.attrs["seed"] == 7
+    assert (recording.seed, recording.model_hash, recording.law, recording.divergence) == (7, "3f", None, None)
     np.testing.assert_array_equal(recording.time, [0.0, 0.01, 0.02, 0.03, 0.04])
     assert repr(recording) == "Recording('example1', 2 robots, 0.04 s, backend='mujoco')"
+
+
+@pytest.mark.parametrize("name", assets.bundled_scenarios())
+def test_a_scenario_comes_back_as_what_it_was(name: str) -> None:
+    scenario = load(name)
+    assert read_scenario(json.dumps(scenario.model_dump(mode="json"))) == scenario
+
+
+def test_a_law_of_ones_own_is_read_and_not_run() -> None:
+    tree = ATTRIBUTES["scenario"] | {"law": {"file": "/gone/mine.py", "name": "mine", "k": 3.0, "inner": {"far": 1.0}}}
+    text = {"name": "mine", "file": "/gone/mine.py", "sha256": "", "source": "raise SystemExit", "gains": {"k": 6.0}}
+    recording = sample(names=SOME, scenario=tree, law=text)
+    assert recording.scenario.model_dump(mode="json") == tree
+    assert recording.scenario.law.k == 3.0
+    assert recording.law == LawText(**text)
+    with pytest.raises(LawError, match=r"law 'mine' is not the package's own.*load_recorded"):
+        build(recording.scenario)
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"turns": 3}, r"turns: unknown key"),
+        ({"law": {"name": "published", "kq": 1}, "duration": -1}, r"duration: .*greater than 0.*law.kq: unknown key"),
+        ({"law": {}}, r"law: expected a section with a `name`"),
+    ],
+)
+def test_a_scenario_of_another_version_is_told_key_by_key(changes: dict[str, Any], said: str) -> None:
+    with pytest.raises(RecordingError, match=f"not one that this version reads: .*{said}"):
+        sample(names=SOME, scenario=ATTRIBUTES["scenario"] | changes).scenario  # noqa: B018 - raises
+
+
+def test_a_recording_without_a_scenario_says_so() -> None:
+    recording = sample(names=SOME)
+    del recording.dataset.attrs["scenario"]
+    with pytest.raises(RecordingError, match="does not say which scenario"):
+        recording.scenario  # noqa: B018 - raises
 
 
 def test_variables_carry_units_and_named_components() -> None:
@@ -219,7 +262,7 @@ def test_target_appears_only_when_it_is_whole(tmp_path: Path) -> None:
     with atomic_path(target) as temporary:
         temporary.write_text("{}")
         assert not target.exists()
-        assert (temporary.parent, temporary.suffix) == (tmp_path, ".json")
+        assert temporary.name == target.name
     assert target.read_text() == "{}"
     ordinary = tmp_path / "ordinary"
     ordinary.touch()

@@ -18,6 +18,7 @@ from nhtrack import assets
 from nhtrack.analysis.metrics import heading_error, position_error, summary
 from nhtrack.colours import FOLLOWERS, ROOT
 from nhtrack.config.documentation import json_schema
+from nhtrack.config.video import Video
 from nhtrack.experiment.load import load
 from nhtrack.presentation.numbers import listed, quantity
 from nhtrack.recording import Recording
@@ -30,7 +31,7 @@ from nhtrack.report.summary_text import About, about, tiles, verdicts
 from nhtrack.studies.run.report import Extras, render, write
 from nhtrack.studies.run.run import run_scenario
 from recordings import HALF_SEPARATION
-from reports import whole_recording, write_pictures
+from reports import scenario_tree, whole_recording, write_pictures
 
 # Eight significant digits: rounding moves a number by at most half a unit of the last one.
 DIGITS = 5e-8
@@ -215,9 +216,8 @@ def test_sentences_know_sizes_and_roots_from_the_recording() -> None:
 
 
 def test_a_virtual_leader_is_no_robot_that_ran() -> None:
-    scenario = load("tour/hello").model_dump(mode="json")
-    scenario["leader"]["virtual"] = True
-    recording = whole_recording(1, samples=51, scenario=scenario)
+    leader = load("tour/hello").leader.model_copy(update={"virtual": True})
+    recording = whole_recording(1, samples=51, scenario=scenario_tree(leader=leader))
     text = " ".join(verdicts(summary(recording), about(recording)))
     assert "1 robot ran behind a virtual leader, which has no body, on MuJoCo's wheel contacts for 80 s" in text
     assert "came closest" not in text
@@ -281,9 +281,9 @@ def test_quantities_read_as_people_write_them() -> None:
 
 def test_no_text_of_a_user_is_markup() -> None:
     text = "".join(HOSTILE)
-    scenario = load("tour/hello").model_dump(mode="json") | {"name": text, "description": text}
     harmless = whole_recording(1, samples=51)
-    hostile = whole_recording(1, samples=51, name=text, scenario=scenario, outcome=f"diverged: {text}")
+    told_of = {"scenario": scenario_tree(description=text), "outcome": f"diverged: {text}"}
+    hostile = whole_recording(1, samples=51, name=text, **told_of)
     skipped = {"no_film": text, "schema": json_schema()}
     one = Elements(report(harmless, **skipped | {"no_film": "none"}))
     other = Elements(render(hostile, summary(hostile) | {"warnings": [text]}, Extras(**skipped)))
@@ -426,11 +426,12 @@ def test_a_film_tells_how_long_it_lasts_and_how_fast_it_is(tmp_path: Path) -> No
     """The first and the last of 51 frames show the first and the last row: 80 s in 2 s."""
     film = write_pictures(tmp_path / "film.mp4", 51)
     assert duration_of(film.read_bytes()) == pytest.approx(51 / 25, abs=MILLISECOND)
-    video = {"camera": "chase", "fps": 25, "speed": None}
-    read = read_film(film, whole_recording(1, samples=51, scenario={"video": video}))
+    video = Video(camera="chase", fps=25)
+    read = read_film(film, whole_recording(1, samples=51, scenario=scenario_tree(video=video)))
     assert read.speed == pytest.approx(40, rel=MILLISECOND)
     assert read.caption.startswith("The camera follows the first follower; a second of film is 40 s of the robot.")
-    wanted = read_film(film, whole_recording(1, samples=51, scenario={"video": video | {"speed": 1.0}}))
+    slowly = scenario_tree(video=video.model_copy(update={"speed": 1.0}))
+    wanted = read_film(film, whole_recording(1, samples=51, scenario=slowly))
     assert (wanted.speed, "a second of film is a second of the robot" in wanted.caption) == (1.0, True)
 
 

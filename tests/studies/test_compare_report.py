@@ -126,22 +126,17 @@ def test_who_does_not_settle_is_told() -> None:
 
 
 @pytest.mark.parametrize(
-    ("outcomes", "warning", "alarm"),
-    [
-        (("completed", "diverged: ran away"), "", ""),
-        (("diverged: ran away",), "", "No law completed its run."),
-        (("completed", "interrupted"), "", "The comparison was interrupted"),
-        (("completed",), "b: not run, the comparison was interrupted", "The comparison was interrupted"),
-    ],
+    ("outcomes", "alarm"),
+    [(("completed", "diverged: ran away"), ""), (("diverged: ran away",), "No law completed its run.")],
 )
 def test_what_went_wrong_stands_first(
-    found: Comparison, merged: Recording, outcomes: tuple[str, ...], warning: str, alarm: str
+    found: Comparison, merged: Recording, outcomes: tuple[str, ...], alarm: str
 ) -> None:
     labels = list(found.recordings)
     laws = [row | {"outcome": outcome} for row, outcome in zip(found.tree["laws"], outcomes, strict=False)]
-    tree = found.tree | {"laws": laws, "warnings": [warning] if warning else [], "best": {}}
+    tree = found.tree | {"laws": laws, "warnings": [], "best": {}}
     shown = compare_page(tree, {label: found.recordings[label] for label in labels}, merged, Extras())
-    assert shown.alarm.startswith(alarm) if alarm else not shown.alarm
+    assert shown.alarm == alarm
 
 
 def test_an_ideal_comparison_shows_no_slip(found: Comparison) -> None:

@@ -245,7 +245,7 @@ def test_a_larger_margin_asks_for_less_time(drive: DiffDrive) -> None:
 
 def test_a_recording_carries_the_number() -> None:
     recording = simulate(case("backend=ideal")).recording
-    time = recording.scenario["similarity"]["time"]
+    time = recording.scenario.similarity.time_scale
     assert time == with_time(case()).similarity.time == recording.time_scale
     assert recording.time[-1] == pytest.approx(8 * time, abs=0.01)
 

@@ -100,7 +100,7 @@ def _disk() -> str:
     """Writes a file where results go by default, and takes it away again."""
     here = Path.cwd()
     try:
-        with tempfile.NamedTemporaryFile(dir=here, prefix=".nhtrack-"):
+        with tempfile.TemporaryFile(dir=here):
             return f"{here} is writeable"
     except OSError as error:
         raise NhtrackError(f"{here} is not writeable ({error.strerror}): give --out a folder that is") from error

@@ -86,7 +86,7 @@ def rollout(
 ) -> Rollout:
     """Returns the run of a network under a law, every row of it.
 
-    A run that diverges, or that the user interrupts, ends early and keeps what it has.
+    A run that diverges, or that the user interrupts after its first rows, ends early and keeps what it has.
 
     Args:
         simulation: what moves the robots.
@@ -106,6 +106,8 @@ def rollout(
     try:
         failure = run(simulation, law, network, inputs, start, recorder, tracking, progress, every)
     except KeyboardInterrupt:
+        if not recorder.count:
+            raise
         interrupted = True
     batch = start.g.ndim > 2
     one = slice(None) if batch else 0

@@ -46,7 +46,7 @@ def about(recording: Recording) -> About:
 
 def has_virtual_root(recording: Recording) -> bool:
     """Returns whether the root of a run is a marker without a body."""
-    return bool(recording.scenario.get("leader", {}).get("virtual", False))
+    return recording.scenario.leader.virtual
 
 
 def verdicts(summary: Summary, run: About | None = None) -> list[str]:

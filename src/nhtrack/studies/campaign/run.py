@@ -21,6 +21,8 @@ from nhtrack.execution import Processes
 from nhtrack.experiment.build import Experiment
 from nhtrack.experiment.compile import compile_once
 from nhtrack.experiment.loop import Progress
+from nhtrack.files.atomic import atomic_path
+from nhtrack.files.folder import is_used
 from nhtrack.simulation.ideal import IdealSimulation
 from nhtrack.simulation.mujoco import MujocoSimulation, stepped_scene
 from nhtrack.simulation.scene import reduced_models
@@ -171,7 +173,7 @@ def _slug(text: str) -> str:
 
 def _claim(campaign: Campaign, folder: Path, report: Callable[[str], Progress]) -> Campaign:
     """Returns the campaign with its time scale, after its account is written or found to be the same."""
-    account = folder / "campaign.json"
+    used, account = is_used(folder), folder / "campaign.json"
     asked = campaign.model_dump(mode="json")
     if account.is_file():
         held = json.loads(account.read_text())
@@ -180,7 +182,7 @@ def _claim(campaign: Campaign, folder: Path, report: Callable[[str], Progress]) 
         if held.get("laws", {}) != _hashes(campaign):
             raise CampaignError(f"{folder} was begun with another text of a law's file; choose another --out")
         return _at_time(campaign, float(held["time_scale"]))
-    if folder.is_dir() and any(folder.iterdir()):
+    if used:
         raise CampaignError(f"{folder} exists already and holds no campaign; choose another --out")
     campaign = with_time(campaign, report("time scale"))
     begun = {"asked": asked, "time_scale": campaign.similarity.time_scale, "laws": _hashes(campaign)}
@@ -278,7 +280,7 @@ def _worst(cells: Mapping[Key, Cell], runs: pd.DataFrame, folder: Path) -> dict[
     for label, part in runs.groupby("law", sort=False):
         worst: Any = worst_first(part).iloc[0]
         cell, path = cells[str(label), worst["family"]], folder / f"{_slug(str(label))}.yaml"
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(scenario_text(cell.scenario(int(worst["start"]))), encoding="utf-8")
+        with atomic_path(path) as temporary:
+            temporary.write_text(scenario_text(cell.scenario(int(worst["start"]))), encoding="utf-8")
         written[str(label)] = path
     return written

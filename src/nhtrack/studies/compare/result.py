@@ -86,9 +86,7 @@ class Comparison:
         """Why there is no film, if there is none."""
         mark = "no video: "
         reasons = [reason.removeprefix(mark) for reason in self.skipped if reason.startswith(mark)]
-        if self.interrupted:
-            reasons.append("the comparison was interrupted")
-        elif not self.completed:
+        if not self.completed:
             reasons.append("no law completed its run")
         return next(iter(reasons), "none was asked for")
 

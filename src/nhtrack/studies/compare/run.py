@@ -38,7 +38,7 @@ def compare(
 
     Gains are searched first, if at all; then one time scale is found for `time: auto`; then the laws run one after the
     other, each with its ideal twin, and each leaves its recording and summary at once. A law that diverges is kept as
-    far as it went, and the others are run all the same; an interruption ends the comparison with what there is.
+    far as it went, and the others are run all the same; an interruption leaves the recordings there are, and no more.
 
     Args:
         scenario: what to run; its own law is not run unless it is among the laws.
@@ -65,9 +65,11 @@ def compare(
         entrants, more = _at_one_time(entrants, stage)
         timed = _under(next(iter(entrants.values())), scenario.law)
         found = _run_all(Comparison(timed, entrants, {}, search, tunings, (*told, *more), folder), stage)
+    if found.interrupted:  # who interrupts does not want to wait
+        return found
     if figures:
         found = _drawn(found, pdf=pdf)
-    if video and found.completed and not found.interrupted:
+    if video and found.completed:
         found = _filmed(found, stage, processes)
     return _reported(found) if report else found
 

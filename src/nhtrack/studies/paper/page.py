@@ -11,7 +11,6 @@ from nhtrack.analysis.metrics import smallest_separation, summary
 from nhtrack.config.input import SignalInput
 from nhtrack.config.robots import FollowerSection, LeaderSection, Start
 from nhtrack.config.scenario import Scenario
-from nhtrack.experiment.load import load_tree
 from nhtrack.recording import Recording
 from nhtrack.studies.paper.result import ExampleRuns
 
@@ -106,7 +105,7 @@ def _section(runs: ExampleRuns, folder: str) -> str:
     example = runs.example
     anchor = f'<a id="example-{example.number}"></a>'
     parts = [f"{anchor}\n\n## Example {example.number}: {example.title}\n", example.text + "\n"]
-    scenarios = {name: load_tree(recording.scenario, source=name) for name, recording in runs.shown.items()}
+    scenarios = {name: recording.scenario for name, recording in runs.shown.items()}
     first = next(iter(scenarios.values()))
     parts.append("".join(f"- {line}\n" for line in settings(first)))
     for name, scenario in scenarios.items():

@@ -19,7 +19,6 @@ from nhtrack.analysis.metrics import (
     smallest_separation,
     summary,
 )
-from nhtrack.experiment.load import load_tree
 from nhtrack.presentation.numbers import quantity, seconds, share
 from nhtrack.recording import Recording
 from nhtrack.studies.paper.page import FOLLOWERS, STARTS, farthest, follower_rows, leader_path, settings, start_rows
@@ -91,7 +90,7 @@ def command(done: Sequence[ExampleRuns]) -> str:
 
 def _section(runs: ExampleRuns, folder: Path) -> Section:
     example = runs.example
-    scenarios = {name: load_tree(recording.scenario, source=name) for name, recording in runs.shown.items()}
+    scenarios = {name: recording.scenario for name, recording in runs.shown.items()}
     marks = [merit(recording).mark for recording in runs.shown.values()]
     return Section(
         example.number,
@@ -121,7 +120,7 @@ def _verdicts(runs: ExampleRuns) -> list[str]:
     told = [_ending(name, recording, len(runs.shown) > 1) for name, recording in runs.shown.items()]
     told += [_turning(name, run) for name, run in runs.shown.items() if name.startswith(_TURNS)]
     told += [_wheels(run) for run in runs.wheels.values()][:1]
-    touching = [run for run in runs.wheels.values() if run.scenario["physics"]["robot_contact"]]
+    touching = [run for run in runs.wheels.values() if run.scenario.physics.robot_contact]
     return told + [_closest(run) for run in touching]
 
 

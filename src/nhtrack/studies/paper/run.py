@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING, Literal
 from nhtrack.errors import RecordingError
 from nhtrack.experiment.load import load
 from nhtrack.files.atomic import atomic_path
+from nhtrack.files.folder import require_unused
 from nhtrack.recording import Recording
 from nhtrack.studies.paper.examples import Example
 from nhtrack.studies.paper.result import ExampleRuns
-from nhtrack.studies.run.run import OutputError, Stage, simulate
+from nhtrack.studies.run.run import Stage, simulate
 
 if TYPE_CHECKING:
     from nhtrack.experiment.loop import Progress
@@ -53,8 +54,7 @@ def reproduce(
         RecordingError: a recording is missing in `source`, or is of a run that did not complete.
         SimulationDiverged: a run did; what it recorded is kept.
     """
-    if not overwrite and out.exists() and (not out.is_dir() or any(out.iterdir())):
-        raise OutputError(f"{out} exists already; choose another --out, or --force to write into it")
+    require_unused(out, overwrite)
     written: list[Path] = []
     done = []
     for example in examples:

@@ -52,11 +52,10 @@ def render(
     if speed is not None and not speed > 0:
         raise typer.BadParameter(f"expected a number greater than 0, got {speed:g}", param_hint="--speed")
     pixels = _pixels(size) if size is not None else None
-    from nhtrack.config.video import Video
     from nhtrack.recording import Recording
 
     loaded = Recording.load(recording)
-    wanted = Video.model_validate(loaded.scenario.get("video", {}))
+    wanted = loaded.scenario.video
     target = out or Path("renders") / f"{_run_name(recording, loaded.name)}.mp4"
     if target.exists() and not force:
         fail(f"error: {target} exists; choose another --out, or --force to replace it")

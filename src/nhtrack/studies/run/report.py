@@ -53,7 +53,7 @@ def render(recording: Recording, summary: Mapping[str, Any], extras: Extras | No
 def run_page(recording: Recording, summary: Mapping[str, Any], extras: Extras) -> Page:
     """Returns what the page of a run shows. Arguments as `write`."""
     data, film = with_film(payload(recording), recording, extras.film)
-    outcome = recording.outcome
+    outcome, scenario = recording.outcome, recording.scenario.model_dump(mode="json")
     return Page(
         "run.html.j2",
         recording.name,
@@ -61,7 +61,7 @@ def run_page(recording: Recording, summary: Mapping[str, Any], extras: Extras) -
         verdicts(summary, about(recording)),
         [(_REPEAT, "nhtrack run recording.nc"), (_SCENARIO, "nhtrack run scenario.yaml")],
         recording.versions,
-        description=recording.scenario.get("description", ""),
+        description=recording.scenario.description,
         tiles=tiles(summary),
         alarm="" if outcome == "completed" else f"This run did not complete: {outcome}.",
         warnings=list(summary.get("warnings", ())),
@@ -72,15 +72,12 @@ def run_page(recording: Recording, summary: Mapping[str, Any], extras: Extras) -
         | {
             "film": film,
             "no_film": extras.no_film,
-            "yaml": yaml_text(recording.scenario),
-            "keys": meanings(recording.scenario, extras.schema),
+            "yaml": yaml_text(scenario),
+            "keys": meanings(scenario, extras.schema),
         },
     )
 
 
 def _facts(recording: Recording, backend: str) -> list[tuple[str, str]]:
-    attributes = recording.dataset.attrs
-    facts = [("backend", backend)]
-    facts += [("seed", str(attributes["seed"]))] if "seed" in attributes else []
-    model = attributes.get("model_hash", "")
-    return facts + ([("SHA-256 of the compiled model", model)] if model else [])
+    facts = {"backend": backend, "seed": recording.seed, "SHA-256 of the compiled model": recording.model_hash or None}
+    return [(name, str(value)) for name, value in facts.items() if value is not None]

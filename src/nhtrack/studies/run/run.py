@@ -150,8 +150,8 @@ def run_scenario(
     """Runs a scenario and writes its results into a folder.
 
     `recording.nc` and `summary.json` always, `figures/`, `video.mp4` and, last of all, `report.html` unless told
-    otherwise. A run that diverges or is interrupted keeps what it recorded; figures and a report are made of it, no
-    film.
+    otherwise. A run that diverges keeps what it recorded; figures and a report are made of it, no film. Of one that is
+    interrupted there are recording and summary only: who interrupts does not want to wait.
 
     Args:
         scenario: what to run.
@@ -172,6 +172,8 @@ def run_scenario(
     clear(folder)
     files = [outcome.recording.save(folder / "recording.nc"), save_json(folder / "summary.json", outcome.summary)]
     skipped: list[str] = []
+    if outcome.recording.outcome == "interrupted":
+        figures = report = False
     if figures:
         drawn, reason = _figures(outcome.recording, folder, pdf=pdf)
         files += drawn
