@@ -139,11 +139,6 @@ def of_colour(picture: np.ndarray, colour: tuple[float, float, float]) -> np.nda
     return (cosine > 0.985) & (length > 0.2) & (np.ptp(picture, axis=-1) > 0.15)
 
 
-def test_a_picture_is_a_picture(seen: Seen) -> None:
-    for name, picture in seen.pictures.items():
-        assert picture.std() > 0.03, name
-
-
 def test_every_robot_wears_its_own_colour(seen: Seen) -> None:
     length, width = np.ptp(seen.hull, axis=0)
     for index, (name, colour) in enumerate(COLOURS.items()):

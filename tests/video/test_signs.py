@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from films import SMALL, film, filmable, line_of, parted, pixels_of, projected, shared_scene
-from nhtrack import se2, video
+from nhtrack import se2
 from nhtrack.colours import robot_colour
 from nhtrack.simulation.scene import SceneSpec, make_scene
 from nhtrack.video import (
@@ -167,20 +167,6 @@ def test_a_fleet_s_discs_leave_their_neighbours_places_and_its_robots_their_smal
     assert hidden[scene.model.geom("b/left_lamp").id]
     assert not hidden[scene.model.geom("b/shell_front").id]
     assert not hidden[scene.model.geom("floor").id]
-
-
-@pytest.mark.slow
-def test_tyres_take_the_colour_of_their_use(filmed):
-    scene, line, _, drawn = filmed
-    drawn.draw(3)
-    drawn._bodies.show(line.pose[3, :, :2], line.utilisation[3])
-    for place in (0, 1):
-        for wheel, geoms in enumerate(drawn._bodies._tyres[place]):
-            assert geoms.size
-            assert all("tread" in scene.model.geom(k).name or "wall" in scene.model.geom(k).name for k in geoms)
-            dark = drawn._bodies._dark[wheel]
-            wanted = bodies.utilisation_colour(float(line.utilisation[3, place, wheel]), dark)
-            assert scene.model.geom_rgba[geoms[0], :3] == pytest.approx(wanted, abs=1e-6)
 
 
 # --- floor marks: geoms, read without drawing -------------------------------------------------------------------------
@@ -349,16 +335,6 @@ def test_panel_tells_how_far_the_furthest_twin_is():
 
 
 @pytest.mark.slow
-def test_split_screen_and_panel_go_on_with_the_frames(monkeypatch):
-    grey = lambda drawn, _: np.full((*drawn._size[::-1], 3), 90, np.uint8)  # noqa: E731
-    monkeypatch.setattr(scene_renderer.SceneRenderer, "draw", grey)
-    first, last = list(video.frames(filmable(samples=81), size=(320, 180), fps=1, speed=80.0, camera="split"))
-    (width, _), _ = chart.split((320, 180))
-    assert (first[:, width:] != last[:, width:]).any()
-    assert (first[:, :width] != last[:, :width]).any()
-
-
-@pytest.mark.slow
 def test_picture_says_that_a_run_was_interrupted_in_its_last_frame_only():
     pictures = {}
     for outcome in ("completed", "interrupted"):
@@ -379,18 +355,6 @@ def test_picture_says_that_a_run_was_interrupted_in_its_last_frame_only():
 )
 def test_scale_of_robots(robot, scale):
     assert bodies.robot_scale(make_scene(SceneSpec(("leader",), robot=robot))) == pytest.approx(scale, rel=0.01)
-
-
-@pytest.mark.slow
-def test_key_light_goes_with_the_camera(filmed):
-    scene, line, path, drawn = filmed
-    for frame in (0, len(line) - 1):
-        drawn._path.place(drawn._camera, frame)
-        drawn._add_robots(frame)
-        beam = path.lookat[frame] - scene.model.light_pos[drawn._key]
-        direction = scene.model.light_dir[drawn._key]
-        aside = np.linalg.norm(np.cross(beam, direction))
-        assert aside < 0.25 * np.linalg.norm(beam)  # the robots are in its patch
 
 
 @pytest.mark.slow
