@@ -18,8 +18,7 @@ from drives import DRIVE
 from nhtrack.errors import SimulationDiverged
 from nhtrack.ground import Ground
 from nhtrack.simulation.ideal import IdealSimulation, propagate
-from nhtrack.simulation.state import Simulation, State
-from simulation_contract import SimulationContract
+from nhtrack.simulation.state import State
 
 pytestmark = pytest.mark.property
 
@@ -148,14 +147,6 @@ def test_divergence_in_a_batch_names_the_simulation() -> None:
     simulation.step(u)
     with pytest.raises(SimulationDiverged, match=r"state is not finite: robot 'b' at t = 2\.000 s \(simulation 2\)"):
         simulation.step(u)
-
-
-# -- the contract -----------------------------------------------------------------------------------
-
-
-class TestIdealSimulation(SimulationContract):
-    def make(self) -> Simulation:
-        return IdealSimulation(self.names, DRIVE, self.dt)
 
 
 def test_telemetry_is_what_the_reduced_model_says() -> None:
