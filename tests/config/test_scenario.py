@@ -14,7 +14,6 @@ from typing import Any
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from pydantic import ValidationError
 
 from nhtrack import assets
 from nhtrack.config.documentation import COMMAND, campaign_page, json_schema, scenario_page
@@ -70,12 +69,6 @@ def test_defaults_fill_what_a_file_leaves_out() -> None:
     assert scenario.periods == 1000
 
 
-def test_a_scenario_is_frozen() -> None:
-    scenario = load_text(MINIMAL)
-    with pytest.raises(ValidationError, match="frozen"):
-        scenario.duration = 3.0  # type: ignore[misc]
-
-
 bundled = cache(load)
 
 
@@ -90,15 +83,6 @@ def test_every_bundled_scenario_loads_says_what_it_is_and_comes_back_from_json(n
     assert load_tree(dumped) == scenario
     if len(scenario.followers) < 10:
         assert load_text(json.dumps(dumped)) == scenario
-
-
-def test_the_paper_s_followers_start_one_to_three_metres_away_on_the_table() -> None:
-    for name in assets.bundled_scenarios():
-        if name.startswith("paper/"):
-            scenario = bundled(name)
-            leader = scenario.leader.start.pose
-            for follower in scenario.followers:
-                assert 1 <= scenario.similarity.length * math.dist(leader[:2], follower.start.pose[:2]) <= 3
 
 
 # A stress scenario may leave them on purpose; it says why beside its gains.
@@ -118,11 +102,6 @@ def test_segments_and_formulas_are_kept_as_written() -> None:
     assert isinstance(given_input, SignalInput)
     assert given_input.u_x == (Segment(until=3.0, value=0.5), Segment(value="sin(t)"))
     assert given_input.u_theta == "0.2*cos(t)"
-
-
-def test_numbers_are_yaml_1_2() -> None:
-    assert load_text(MINIMAL.replace("duration: 10", "duration: 1e1")).duration == 10.0
-    assert load_text(MINIMAL.replace("name: case", "name: no")).name == "no"
 
 
 def test_a_byte_order_mark_is_skipped(tmp_path: Path) -> None:
@@ -147,10 +126,6 @@ physics:
 """
 
 
-def test_without_them_there_is_level_uniform_ground_and_a_bare_robot() -> None:
-    assert make_scene_spec(load_text(MINIMAL)) == SceneSpec(("leader", "follower"))
-
-
 def test_places_scale_with_length_and_what_a_robot_is_does_not() -> None:
     scenario = load_text(MINIMAL + PHYSICS + "similarity: {length: 0.5, time: 3}\n")
     spec = build(scenario).scene
@@ -162,12 +137,6 @@ def test_places_scale_with_length_and_what_a_robot_is_does_not() -> None:
     assert (spec.compensation, spec.base) == ("actual", "free")
     assert spec == SceneSpec.from_json(spec.to_json())
     assert load_tree(scenario.model_dump(mode="json")) == scenario
-
-
-def test_a_planar_base_and_motors_with_one_limit() -> None:
-    overrides = ["physics.base=planar", "physics.motors.no_load_speed=30"]
-    spec = make_scene_spec(load_text(MINIMAL, overrides=overrides))
-    assert spec == SceneSpec(("leader", "follower"), base="planar", no_load_speed=30.0)
 
 
 @pytest.mark.slow

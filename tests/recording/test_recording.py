@@ -74,12 +74,6 @@ def test_every_bit_comes_back(loaded: Recording) -> None:
     assert loaded.dataset.attrs == sample().dataset.attrs
 
 
-@pytest.mark.slow
-def test_loaded_twice_and_saved_again_is_the_same(loaded: Recording, tmp_path: Path) -> None:
-    again = Recording.load(loaded.save(tmp_path / "recording.nc"))
-    assert_same_bits(again.dataset, loaded.dataset)
-
-
 def test_run_that_ended_at_once_is_a_recording_too(tmp_path: Path) -> None:
     before = sample(0, SOME, outcome="interrupted")
     after = Recording.load(before.save(tmp_path / "recording.nc"))
@@ -212,23 +206,3 @@ def test_full_disk_while_saving_leaves_nothing(tmp_path: Path, monkeypatch: pyte
     with pytest.raises(OSError, match="No space left"):
         sample(names=SOME).save(tmp_path / "recording.nc")
     assert list(tmp_path.iterdir()) == []
-
-
-def test_target_appears_only_when_it_is_whole(tmp_path: Path) -> None:
-    target = tmp_path / "result.json"
-    with atomic_path(target) as temporary:
-        temporary.write_text("{}")
-        assert not target.exists()
-        assert (temporary.parent, temporary.suffix) == (tmp_path, ".json")
-    assert target.read_text() == "{}"
-    ordinary = tmp_path / "ordinary"
-    ordinary.touch()
-    assert target.stat().st_mode == ordinary.stat().st_mode
-
-
-def test_saving_again_replaces(tmp_path: Path) -> None:
-    path = tmp_path / "recording.nc"
-    sample(3, SOME).save(path)
-    sample(4, SOME).save(path)
-    assert Recording.load(path).time.size == 4
-    assert [entry.name for entry in tmp_path.iterdir()] == ["recording.nc"]
