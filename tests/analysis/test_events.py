@@ -107,15 +107,6 @@ def test_the_ideal_integrator_has_no_wheels_to_slip(story: Story) -> None:
     assert story.events(backend="ideal") == ()
 
 
-def test_a_virtual_root_has_no_wheels_either(story: Story) -> None:
-    for values in story.arrays.values():
-        values[:, LEADER] = np.nan
-    story["pose"][:, LEADER] = story["ideal_pose"][:, LEADER] = 0.0  # it has a place, and stands still
-    assert story.events() == ()
-    story.slide(slice(10, 20), FOLLOWER, LEFT, 0.3)
-    assert [event.robot for event in story.events()] == ["follower"]
-
-
 def test_what_a_recording_does_not_know_is_not_looked_for() -> None:
     """Each kind needs what it compares, and nothing else."""
     story = Story()
@@ -135,11 +126,6 @@ def test_a_slide_lasts_from_the_start_of_its_first_period_to_the_end_of_its_last
     assert story.events() == (
         Event("slipping", "follower", "left", TIME[9], TIME[19], "slip speed", 0.3, "m/s"),
     )
-
-
-def test_a_slide_may_fill_the_run(story: Story) -> None:
-    story.slide(slice(1, None), LEADER, RIGHT, 0.2)
-    assert spans(story.events()) == [("slipping", "right", 0.0, 3.0)]
 
 
 @pytest.mark.parametrize(
@@ -272,15 +258,6 @@ def periods_that_hold(holds: list[bool]) -> list[list[int]]:
     return [[row for row, _ in spell] for held, spell in itertools.groupby(rows, key=lambda row: row[1]) if held]
 
 
-@pytest.mark.parametrize(("rows", "events"), [(9, 1), (10, 2), (11, 2)])
-def test_a_tenth_of_a_second_parts_two_events(story: Story, rows: int, events: int) -> None:
-    """Between rows that tell of slipping lie as many periods as there are rows that do not."""
-    story.slide(slice(10, 20), FOLLOWER, LEFT, 0.3)
-    story.slide(slice(20 + rows, 60), FOLLOWER, LEFT, 0.3)
-    assert rows * DT == pytest.approx(GAP, rel=0.2)
-    assert len(story.events()) == events
-
-
 # Periods in milliseconds, so that no gap of whole milliseconds is on a knife's edge of rounding.
 clocks = st.integers(1, 60).flatmap(
     lambda size: st.tuples(
@@ -405,11 +382,6 @@ def kinds(found: Outcome, robot: str) -> set[str]:
 
 @pytest.mark.slow
 class TestRealWheels:
-    def test_wheels_that_hold_have_no_events(self) -> None:
-        found = outcome(duration=1.0)
-        assert found.summary["events"] == []
-        assert found.summary["warnings"] == []
-
     def test_on_a_slippery_floor_the_follower_slides_and_no_wheel_is_said_to_lift(self) -> None:
         """While wheels slide, loads of single physics steps are zero as often as not; their means are not."""
         found = outcome("physics.friction=0.03", duration=3.0)

@@ -6,7 +6,6 @@ import json
 import re
 from functools import cache
 
-import matplotlib as mpl
 import numpy as np
 import pytest
 from matplotlib.colors import to_hex, to_rgb
@@ -108,17 +107,6 @@ def test_panels_stand_at_the_fractions():
         (leader,) = curves(axes, ROOT)
         assert leader[-1] == pytest.approx(recording["pose"].values[last, 0, :2])
         assert len(leader) == last + 1
-
-
-def test_lengths_are_metres_on_the_floor_and_axes_equal():
-    recording = synthetic_recording(1, samples=201)
-    figure = plots.trajectories(recording)
-    for axes in figure.axes:
-        assert axes.get_aspect() == 1.0
-    assert figure.axes[2].get_xlabel() == "x [m]"
-    assert figure.axes[2].get_ylabel() == "y [m]"
-    (path,) = curves(figure.axes[3], FOLLOWERS[0])
-    assert path == pytest.approx(recording["pose"].values[:, 1, :2])
 
 
 def test_a_scaled_scenario_says_what_its_metre_and_its_second_are():
@@ -270,20 +258,6 @@ def test_curves_are_named_where_they_end():
         assert np.diff(heights).min() > 6.5 * figure.dpi / 72  # lines of letters of 6.5 pt
 
 
-@pytest.mark.slow
-def test_a_name_too_long_for_the_page_is_cut():
-    recording = synthetic_recording(1, samples=51)
-    recording.dataset = recording.dataset.assign_coords(robot=["leader", "w" * 60])
-    recording.dataset.attrs["parents"] = json.dumps({"leader": [], "w" * 60: ["leader"]})
-    figure = plots.errors(recording)
-    figure.draw_without_rendering()
-    for axes in figure.axes:
-        (name,) = names(axes)
-        assert re.fullmatch("w+…", name)
-        assert axes.get_window_extent().width > 0.3 * figure.bbox.width
-        assert axes.get_tightbbox().x1 <= figure.bbox.x1
-
-
 @pytest.mark.parametrize(
     ("places", "texts"),
     [
@@ -410,12 +384,6 @@ def said(axes) -> list[str]:
     return [text.get_text() for text in axes.texts if text.get_text() not in ("wheels break away", *beside)]
 
 
-@pytest.mark.parametrize("draw", [plots.slip, plots.errors])
-def test_a_run_without_events_has_no_marks(draw):
-    figure = figure_of(draw, "diverged")
-    assert all(shades(axes) == bars(axes) == said(axes) == [] for axes in figure.axes)
-
-
 def test_slides_are_shaded_named_and_say_whose_they_are():
     recording = with_slides(3, {1: slice(101, 201), 3: slice(151, 301)})
     lateral, longitudinal, load, utilisation = plots.slip(recording).axes[:4]
@@ -499,18 +467,3 @@ def test_patches_and_slope_are_drawn_and_named():
     assert "friction 0.05" in written
     assert "friction 1.5" not in written  # out of the picture
     assert "uphill, 5.73°" in written
-
-
-def test_style_ends_with_the_figure_and_the_recording_is_left_as_it_was():
-    recording = synthetic_recording(1, samples=21)
-    before = recording.dataset.copy(deep=True), dict(mpl.rcParams)
-    for draw in EVERY_FIGURE:
-        draw(recording)
-    assert recording.dataset.identical(before[0])
-    assert dict(mpl.rcParams) == before[1]
-
-
-def test_colours_are_all_different_and_the_roots_its_own():
-    assert len({ROOT, *FOLLOWERS}) == len(FOLLOWERS) + 1
-    assert robot_colour(0) == ROOT
-    assert ROOT not in {robot_colour(place) for place in range(1, 64)}
