@@ -17,56 +17,13 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
+import tolerances as tol
 from motions import Run, drive, state
 from nhtrack.simulation.mujoco import MujocoSimulation
 from nhtrack.simulation.scene import Scene, SceneSpec, make_scene
 from slip_model import GRAVITY, HELD, SlipRobot, SlipRun, implicit_step, simulate
 
 pytestmark = [pytest.mark.slow, pytest.mark.fidelity]
-
-# -- the second engine against closed forms --------------------------------------------------------
-
-# Constant accelerations are integrated exactly; what is left is the solution of the forces, to 1e-11 of the weight.
-EXACT = 1e-9
-# A method of order 2 at 1 ms over motions of half a second with rates of some 1/s; measured 6e-7 at most.
-SMOOTH = 5e-6
-
-# -- MuJoCo against the second engine, at 1 ms -----------------------------------------------------
-
-# Below the limit both roll; MuJoCo's creep and the errors of two methods are left. Measured 3.1e-7 m, 1.2e-7 rad,
-# 5.2e-5 of the weight and 3.2e-4 of utilisation.
-ROLLING_POSITION = 1e-6  # [m]
-ROLLING_HEADING = 5e-7  # [rad]
-ROLLING_LOAD = 1.5e-4
-ROLLING_UTILISATION = 1e-3
-# A wheel has broken away where it slips faster than this [m/s]: twice the creep of MuJoCo's contacts, 1e-5.
-SLIPPING = 2e-5
-# Share of the acceleration or speed at which a limit is met. The two engines meet them within a step of each other,
-# 0.03 %, and the second one meets the closed form of a bend within 0.05 %.
-BREAK_AWAY = 0.002
-# A launch's closed form is met late on a ramp, since heavy wheels take a while to slip by SLIPPING. Measured 0.21 %.
-BREAK_AWAY_ON_A_RAMP = 0.005
-# A sliding wheel bounces, so that a force comes in packets. In half a second the slowest bouncer (warehouse, wheels
-# 2 m/s too fast) touches the floor some seventeen times: a packet more or less is 6 % of a mean.
-BOUNCE = 0.06  # of mean loads and friction; measured 2.0 %
-# Of the distance of a launch, and of its last speed for means over 50 ms, two bounces. Measured 0.34 % and 1.7 %.
-LAUNCH_POSITION = 0.01
-LAUNCH_SPEED = 0.05
-# Of the path and of the turn in the half second after the axle broke away, where friction has the direction of the slip
-# in single steps: an error that falls with the step. Measured 0.92 % and 1.1 %.
-BEND_POSITION = 0.02
-BEND_HEADING = 0.025
-# Of the stopping distance; measured 0.12 % (warehouse), 0.03 % and less (the others).
-STOPPING = 0.005
-# One wheel spins and shakes loose the other, which ought to hold: of the path, of the turn, and side speed over the
-# speed at which the other slides. Measured 0.8 %, 6 % and 2.7 %; it does not fall with the step.
-ONE_WHEEL_POSITION = 0.02
-ONE_WHEEL_HEADING = 0.1
-ONE_WHEEL_DRIFT = 0.05
-# RMS gap after break-away at a quarter of the step over that at 1 ms: a quarter if it fell like the step. Measured 0.46
-# and 0.39; on other floors and robots 0.3 to 0.5.
-CONVERGING = 0.6
-
 
 ROBOT = SlipRobot(
     wheel_radius=0.03,
@@ -101,9 +58,9 @@ class TestClosedForms:
         assert 2 * torque / r > force
         wheel = (torque - r * force / 2) / spin
         expected = 0.3 * np.array([force / ROBOT.mass, 0, 0, wheel, wheel])
-        np.testing.assert_allclose(run.u[-1], expected, rtol=EXACT, atol=EXACT)
-        np.testing.assert_allclose(run.pose[-1, 0], force / ROBOT.mass * 0.3**2 / 2, rtol=EXACT)
-        np.testing.assert_allclose(run.load[:, :2].sum(axis=1) * mu, force, rtol=EXACT)
+        np.testing.assert_allclose(run.u[-1], expected, rtol=tol.EXACT, atol=tol.EXACT)
+        np.testing.assert_allclose(run.pose[-1, 0], force / ROBOT.mass * 0.3**2 / 2, rtol=tol.EXACT)
+        np.testing.assert_allclose(run.load[:, :2].sum(axis=1) * mu, force, rtol=tol.EXACT)
 
     def test_coasting_is_the_chaplygin_sleigh(self) -> None:
         """v = V tanh k t, omega = V sqrt(m_eff/J_eff) sech k t with k = m c_x V/J_eff: it turns its heavy end ahead."""
@@ -121,7 +78,7 @@ class TestClosedForms:
         v, omega = velocity(np.array(start))
         run = simulate(robot, lambda t: NO_TORQUE, robot.rolling(float(v), float(omega)), 1.0 / rate, 0.001)
         v, omega = velocity(start + run.time)
-        np.testing.assert_allclose(run.u[:, [0, 2]], np.stack([v, omega], axis=-1), rtol=0, atol=SMOOTH)
+        np.testing.assert_allclose(run.u[:, [0, 2]], np.stack([v, omega], axis=-1), rtol=0, atol=tol.SMOOTH)
         assert np.abs(run.slip(robot)).max() < HELD
 
     def test_a_spin_in_place(self) -> None:
@@ -132,8 +89,8 @@ class TestClosedForms:
         force = robot.friction * load
         wheel = (0.03 - r * force) / (robot.wheel_inertia + robot.rotor_inertia)
         expected = 0.3 * np.array([0, 0, 2 * force * b / robot.yaw_inertia, -wheel, wheel])
-        np.testing.assert_allclose(run.u[-1], expected, rtol=EXACT, atol=EXACT)
-        np.testing.assert_allclose(run.pose[-1], [0, 0, 0.3 * expected[2] / 2], rtol=EXACT, atol=EXACT)
+        np.testing.assert_allclose(run.u[-1], expected, rtol=tol.EXACT, atol=tol.EXACT)
+        np.testing.assert_allclose(run.pose[-1], [0, 0, 0.3 * expected[2] / 2], rtol=tol.EXACT, atol=tol.EXACT)
 
     def test_a_sliding_block(self) -> None:
         """Wheels too heavy to turn: the robot slides askew, slows by mu g/2, stops and stays where it is."""
@@ -143,11 +100,11 @@ class TestClosedForms:
         run = simulate(robot, lambda t: NO_TORQUE, start, 1.5 * speed / slowing, 0.001)
         moving = run.time < speed / slowing
         speeds = np.where(moving, speed - slowing * run.time, 0)
-        np.testing.assert_allclose(run.u[:, :2], speeds[:, None] * start[:2] / speed, rtol=0, atol=EXACT)
+        np.testing.assert_allclose(run.u[:, :2], speeds[:, None] * start[:2] / speed, rtol=0, atol=tol.EXACT)
         assert np.abs(run.slip(robot)[~moving]).max() < HELD
         # The step in which it stops is halved ten times, and its distance is that of a trapezium.
-        np.testing.assert_allclose(run.pose[-1, :2], speed / slowing / 2 * start[:2], rtol=SMOOTH)
-        np.testing.assert_array_less(np.abs(run.force[-1]), EXACT)
+        np.testing.assert_allclose(run.pose[-1, :2], speed / slowing / 2 * start[:2], rtol=tol.SMOOTH)
+        np.testing.assert_array_less(np.abs(run.force[-1]), tol.EXACT)
 
 
 class TestSecondEngine:
@@ -165,8 +122,9 @@ class TestSecondEngine:
             found, force, load = implicit_step(robot, u, h, torque, np.zeros(4))
             slip, force = (robot.slip_matrix @ found).reshape(2, 2), force.reshape(2, 2)
             limit, size = friction * load[:2], np.linalg.norm(slip, axis=1)
-            assert (np.linalg.norm(force, axis=1) <= limit + EXACT).all()
-            np.testing.assert_allclose((force * slip).sum(axis=1), -limit * size * (size > HELD), rtol=0, atol=EXACT)
+            assert (np.linalg.norm(force, axis=1) <= limit + tol.EXACT).all()
+            work = (force * slip).sum(axis=1)
+            np.testing.assert_allclose(work, -limit * size * (size > HELD), rtol=0, atol=tol.EXACT)
             held += size < HELD
         assert (held > 10).all()  # wheels that hold and wheels that slide are both among them
         assert (held < 90).all()
@@ -355,25 +313,25 @@ class TestLaunch:
         share = np.linspace(0.97, 1.03, 240)
         command = share[:, None] * [launch_limit(driven.straight), 0]
         run = side_by_side(driven.name, driven.straight.friction, command, (0, 0))
-        mujoco = share[first(np.abs(run.seen("longitudinal_slip")).max(axis=1) > SLIPPING)]
-        second = share[first(np.abs(run.second.slip(run.robot)[1:]).max(axis=1) > SLIPPING)]
-        assert mujoco == pytest.approx(second, rel=BREAK_AWAY)
-        assert second == pytest.approx(1, rel=BREAK_AWAY_ON_A_RAMP)
+        mujoco = share[first(np.abs(run.seen("longitudinal_slip")).max(axis=1) > tol.SLIPPING)]
+        second = share[first(np.abs(run.second.slip(run.robot)[1:]).max(axis=1) > tol.SLIPPING)]
+        assert mujoco == pytest.approx(second, rel=tol.LIMIT_MET)
+        assert second == pytest.approx(1, rel=tol.LIMIT_MET_ON_A_RAMP)
 
     def test_history_beyond_the_limit(self, launched: SideBySide) -> None:
         gap = launched.gap()
-        np.testing.assert_allclose(gap[:, 0], 0, rtol=0, atol=LAUNCH_POSITION * launched.pose[-1, 0])
+        np.testing.assert_allclose(gap[:, 0], 0, rtol=0, atol=tol.LAUNCH_POSITION * launched.pose[-1, 0])
         window = round(0.05 / TIMESTEP)
         speeds = (gap[window:, 0] - gap[:-window, 0]) / 0.05
-        np.testing.assert_allclose(speeds, 0, rtol=0, atol=LAUNCH_SPEED * launched.second.u[-1, 0])
-        assert np.abs(launched.second.slip(launched.robot)[-1, ::2]).min() > 1000 * SLIPPING
+        np.testing.assert_allclose(speeds, 0, rtol=0, atol=tol.LAUNCH_SPEED * launched.second.u[-1, 0])
+        assert np.abs(launched.second.slip(launched.robot)[-1, ::2]).min() > 1000 * tol.SLIPPING
 
     def test_mean_load_and_friction_of_sliding_wheels(self, launched: SideBySide) -> None:
         """MuJoCo's against statics with load transfer, and against mu times that."""
         load, used = (launched.seen(name)[50:] for name in ("wheel_load", "friction_utilisation"))
         statics = launched.second.load[50:, :2].mean(axis=0)
-        np.testing.assert_allclose(load.mean(axis=0), statics, rtol=BOUNCE)
-        np.testing.assert_allclose((used * load).mean(axis=0), statics, rtol=BOUNCE)
+        np.testing.assert_allclose(load.mean(axis=0), statics, rtol=tol.BOUNCE)
+        np.testing.assert_allclose((used * load).mean(axis=0), statics, rtol=tol.BOUNCE)
 
 
 class TestBend:
@@ -381,34 +339,34 @@ class TestBend:
         used = bent.second.utilisation(bent.robot)
         rolling = slice(0, first(used.max(axis=1) > 0.99))
         gap = bent.gap()[rolling]
-        np.testing.assert_allclose(gap[:, :2], 0, rtol=0, atol=ROLLING_POSITION)
-        np.testing.assert_allclose(gap[:, 2], 0, rtol=0, atol=ROLLING_HEADING)
+        np.testing.assert_allclose(gap[:, :2], 0, rtol=0, atol=tol.ROLLING_POSITION)
+        np.testing.assert_allclose(gap[:, 2], 0, rtol=0, atol=tol.ROLLING_HEADING)
         weight = bent.robot.mass * GRAVITY
         load = bent.seen("wheel_load")[rolling] / weight
-        np.testing.assert_allclose(load, bent.second.load[rolling, :2] / weight, rtol=0, atol=ROLLING_LOAD)
+        np.testing.assert_allclose(load, bent.second.load[rolling, :2] / weight, rtol=0, atol=tol.ROLLING_LOAD)
         np.testing.assert_allclose(
-            bent.seen("friction_utilisation")[rolling], used[rolling], rtol=0, atol=ROLLING_UTILISATION
+            bent.seen("friction_utilisation")[rolling], used[rolling], rtol=0, atol=tol.ROLLING_UTILISATION
         )
 
     def test_the_inner_wheel_reaches_its_cone(self, bent: SideBySide) -> None:
         used = bent.seen("friction_utilisation"), bent.second.utilisation(bent.robot)
         mujoco, second = (np.argwhere(share > 0.999)[0] for share in used)
         assert mujoco[1] == second[1] == 0
-        assert self.speed(bent, mujoco[0]) == pytest.approx(self.speed(bent, second[0]), rel=BREAK_AWAY)
+        assert self.speed(bent, mujoco[0]) == pytest.approx(self.speed(bent, second[0]), rel=tol.LIMIT_MET)
 
     def test_the_axle_slides(self, bent: SideBySide) -> None:
-        mujoco = first(np.abs(bent.seen("lateral_slip")) > SLIPPING)
-        second = first(np.abs(bent.second.u[1:, 1]) > SLIPPING)
-        assert self.speed(bent, mujoco) == pytest.approx(self.speed(bent, second), rel=BREAK_AWAY)
+        mujoco = first(np.abs(bent.seen("lateral_slip")) > tol.SLIPPING)
+        second = first(np.abs(bent.second.u[1:, 1]) > tol.SLIPPING)
+        assert self.speed(bent, mujoco) == pytest.approx(self.speed(bent, second), rel=tol.LIMIT_MET)
         closed_form = bent.second.u[0, 0] / 0.95
-        assert self.speed(bent, self.break_away(bent)) == pytest.approx(closed_form, rel=BREAK_AWAY)
+        assert self.speed(bent, self.break_away(bent)) == pytest.approx(closed_form, rel=tol.LIMIT_MET)
 
     def test_half_a_second_after(self, bent: SideBySide) -> None:
         after = slice(self.break_away(bent), self.break_away(bent) + round(0.5 / TIMESTEP))
         pose, gap = bent.pose[after], bent.gap()[after]
         path, turn = np.hypot(*np.diff(pose[:, :2], axis=0).T).sum(), pose[-1, 2] - pose[0, 2]
-        assert np.hypot(gap[:, 0], gap[:, 1]).max() < BEND_POSITION * path
-        assert np.abs(gap[:, 2]).max() < BEND_HEADING * turn
+        assert np.hypot(gap[:, 0], gap[:, 1]).max() < tol.BEND_POSITION * path
+        assert np.abs(gap[:, 2]).max() < tol.BEND_HEADING * turn
 
     @staticmethod
     def speed(bent: SideBySide, k: int) -> float:
@@ -428,7 +386,7 @@ def test_stopping_distance_with_sliding_wheels(driven: Driver) -> None:
     run = side_by_side(driven.name, robot.friction, np.tile([-2 * limit, 0], (600, 1)), (start, 0))
     stopped = run.pose[:, 0].max()
     assert stopped > run.pose[-1, 0]
-    assert run.mujoco.g[:, 0, 0].max() == pytest.approx(stopped, rel=STOPPING)
+    assert run.mujoco.g[:, 0, 0].max() == pytest.approx(stopped, rel=tol.STOPPING)
 
 
 def test_one_wheel_spins_and_the_other_holds(driven: Driver) -> None:
@@ -439,15 +397,15 @@ def test_one_wheel_spins_and_the_other_holds(driven: Driver) -> None:
     run = side_by_side(driven.name, robot.friction, np.tile(1.2 * limit * about_left, (250, 1)), (0, 0))
     slip, (x, y, theta), (_, _, turn) = run.second.slip(run.robot), run.gap()[-1], run.pose[-1]
     assert np.abs(slip[:, :2]).max() < HELD
-    assert np.abs(slip[-1, 2]) > 1000 * SLIPPING
-    assert abs(x) < ONE_WHEEL_POSITION * run.pose[-1, 0]
-    assert abs(theta) < ONE_WHEEL_HEADING * turn
-    assert abs(y) / run.second.time[-1] < ONE_WHEEL_DRIFT * np.abs(slip[:, 2]).mean()
+    assert np.abs(slip[-1, 2]) > 1000 * tol.SLIPPING
+    assert abs(x) < tol.ONE_WHEEL_POSITION * run.pose[-1, 0]
+    assert abs(theta) < tol.ONE_WHEEL_HEADING * turn
+    assert abs(y) / run.second.time[-1] < tol.ONE_WHEEL_DRIFT * np.abs(slip[:, 2]).mean()
 
 
 def test_mujoco_comes_closer_with_smaller_steps() -> None:
     """After the axle broke away, where the two differ by a percent: the second engine's side is the right one."""
     coarse, fine = (growing_circle(driver("nh_mini"), 0.27, h) for h in (TIMESTEP, TIMESTEP / 4))
     at_1_ms, at_a_quarter = ((run.gap()[TestBend.break_away(run) :] ** 2).mean(axis=0) ** 0.5 for run in (coarse, fine))
-    assert np.hypot(*at_a_quarter[:2]) < CONVERGING * np.hypot(*at_1_ms[:2])
-    assert at_a_quarter[2] < CONVERGING * at_1_ms[2]
+    assert np.hypot(*at_a_quarter[:2]) < tol.CONVERGING * np.hypot(*at_1_ms[:2])
+    assert at_a_quarter[2] < tol.CONVERGING * at_1_ms[2]
