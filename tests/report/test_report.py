@@ -400,3 +400,10 @@ def test_a_film_that_does_not_tell_is_shown_all_the_same(content: bytes, tmp_pat
     film.write_bytes(content)
     assert duration_of(content) is None
     assert read_film(film, whole_recording(1, samples=51)).speed is None
+
+
+@pytest.mark.parametrize(("version", "size"), [(0, 4), (1, 8)])
+def test_movie_headers_of_both_versions_are_read(version: int, size: int) -> None:
+    times, duration = bytes(2 * size), (2500).to_bytes(size)
+    content = b"....mvhd" + bytes([version, 0, 0, 0]) + times + (1000).to_bytes(4) + duration + bytes(80)
+    assert duration_of(content) == 2.5
