@@ -242,7 +242,9 @@ def test_a_robot_that_slid_is_told_with_how_often() -> None:
     assert "No wheel slid" in told()
 
 
-def test_a_gap_that_is_not_known_is_not_made_up() -> None:
+def test_a_gap_is_told_in_its_units_and_not_made_up() -> None:
+    parted = robot(gap_position_max=3e-3, gap_position_rms=1e-3, gap_heading_max=2e-3)
+    assert "by at most 3 mm (follower; 1 mm RMS), their headings by at most 2 mrad (follower)." in told(**parted)
     unknown = {"gap_position_max": None, "gap_position_rms": None, "gap_heading_max": None}
     robots = {name: figures | unknown for name, figures in plain()["robots"].items()}
     assert "is not known to the end" in told(robots=robots)
