@@ -23,7 +23,7 @@ from nhtrack.config.tree import dotted, lookup, parse_path, parse_yaml
 from nhtrack.errors import ScenarioError
 from nhtrack.experiment.build import build, make_scene_spec
 from nhtrack.experiment.load import load, load_text, load_tree
-from nhtrack.experiment.stability import stability_warnings, support_loads
+from nhtrack.experiment.stability import stability_warnings
 from nhtrack.ground import Ground, Patch
 from nhtrack.simulation.scene import Payload, SceneSpec, reduced_models
 
@@ -204,14 +204,6 @@ def test_of_a_leader_without_a_body_nothing_is_told() -> None:
     slope = ["physics.slope.angle=0.4", "physics.slope.uphill=3.14159", "physics.friction=2"]
     assert [line.split()[0] for line in warned(*slope)] == ["leader", "follower"]
     assert [line.split()[0] for line in warned(*slope, "leader.virtual=true")] == ["follower"]
-
-
-def test_supports_bear_the_weight() -> None:
-    plant = reduced_models(SceneSpec(("robot",)))[1]
-    loads = support_loads(plant)
-    assert sum(loads.values()) == pytest.approx(plant.mass * 9.81, rel=1e-12)
-    assert loads["left wheel"] == pytest.approx(loads["right wheel"], rel=1e-12)
-    assert loads["caster"] == pytest.approx(plant.mass * 9.81 * plant.com[0] / plant.casters[0][0], rel=1e-12)
 
 
 # -- files a scenario names ------------------------------------------------------------------------

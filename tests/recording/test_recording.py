@@ -13,7 +13,6 @@ import pytest
 import xarray as xr
 
 from nhtrack.errors import RecordingError
-from nhtrack.files.atomic import atomic_path
 from nhtrack.recording import FORMAT_VERSION, VARIABLES, Recording, make_recording
 
 ROBOTS = ("leader", "follower")
@@ -174,24 +173,6 @@ def test_text_file_is_refused(tmp_path: Path) -> None:
     path.write_text("name: example1\n")
     with pytest.raises(RecordingError, match="not a recording"):
         Recording.load(path)
-
-
-@pytest.mark.parametrize("failure", [KeyboardInterrupt(), OSError(errno.ENOSPC, "No space left on device")])
-@pytest.mark.parametrize("old", [None, b"the old file"])
-def test_failed_write_leaves_all_as_it_was(tmp_path: Path, failure: BaseException, old: bytes | None) -> None:
-    target = tmp_path / "recording.nc"
-    if old is not None:
-        target.write_bytes(old)
-
-    def write_half() -> None:
-        with atomic_path(target) as temporary:
-            temporary.write_bytes(b"half")
-            raise failure
-
-    with pytest.raises(type(failure)):
-        write_half()
-    assert [path.name for path in tmp_path.iterdir()] == ([] if old is None else ["recording.nc"])
-    assert old is None or target.read_bytes() == old
 
 
 def test_full_disk_while_saving_leaves_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
