@@ -245,7 +245,7 @@ def test_titles_and_legends_stay_on_the_canvas(laws, families, share):
 
 
 def test_labels_make_file_names_that_differ():
-    names = files._file_names(["universal", "Universal, limited", "a b", "a-b", "a_b", "a b 2"])
+    names = files.file_names(["universal", "Universal, limited", "a b", "a-b", "a_b", "a b 2"])
     assert list(names.values()) == ["universal", "universal_limited", "a_b", "a_b_2", "a_b_3", "a_b_2_2"]
 
 
