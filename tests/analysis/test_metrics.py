@@ -12,10 +12,8 @@ import pytest
 import tolerances as tol
 from nhtrack.analysis.metrics import (
     Separation,
-    heading_error,
     heading_gap,
     late_rows,
-    position_error,
     position_gap,
     settling_times,
     smallest_separation,
@@ -54,24 +52,7 @@ def with_error(x: np.ndarray, y: np.ndarray | float = 0.0, theta: np.ndarray | f
     return recording(error=error)
 
 
-def poses(*columns: np.ndarray) -> np.ndarray:
-    """Poses (t, robots, 3) of columns (t, 3)."""
-    return np.stack(columns, axis=1)
-
-
 # -- series -----------------------------------------------------------------------------------------
-
-
-def test_position_error_is_the_distance() -> None:
-    error = position_error(with_error(3 * np.ones(21), 4.0))
-    assert error.shape == (21, 2)
-    np.testing.assert_array_equal(error[:, 1], 5.0)
-    assert np.isnan(error[:, 0]).all()
-
-
-def test_heading_error_keeps_its_sign() -> None:
-    theta = np.linspace(-3.0, 3.0, 21)
-    np.testing.assert_array_equal(heading_error(with_error(np.zeros(21), 0.0, theta))[:, 1], theta)
 
 
 def test_gaps_are_to_the_twin_and_count_whole_turns() -> None:

@@ -14,7 +14,6 @@ from typing import Any
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from pydantic import ValidationError
 
 from nhtrack import assets
 from nhtrack.config.documentation import COMMAND, campaign_page, json_schema, scenario_page
@@ -25,7 +24,7 @@ from nhtrack.config.tree import dotted, lookup, parse_path, parse_yaml
 from nhtrack.errors import ScenarioError
 from nhtrack.experiment.build import build, make_scene_spec
 from nhtrack.experiment.load import load, load_text, load_tree
-from nhtrack.experiment.stability import stability_warnings, support_loads
+from nhtrack.experiment.stability import stability_warnings
 from nhtrack.ground import Ground, Patch
 from nhtrack.simulation.scene import Payload, SceneSpec, reduced_models
 
@@ -71,12 +70,6 @@ def test_defaults_fill_what_a_file_leaves_out() -> None:
     assert scenario.periods == 1000
 
 
-def test_a_scenario_is_frozen() -> None:
-    scenario = load_text(MINIMAL)
-    with pytest.raises(ValidationError, match="frozen"):
-        scenario.duration = 3.0  # type: ignore[misc]
-
-
 bundled = cache(load)
 
 
@@ -91,15 +84,6 @@ def test_every_bundled_scenario_loads_says_what_it_is_and_comes_back_from_json(n
     assert load_tree(dumped) == scenario
     if len(scenario.followers) < 10:
         assert load_text(json.dumps(dumped)) == scenario
-
-
-def test_the_paper_s_followers_start_one_to_three_metres_away_on_the_table() -> None:
-    for name in assets.bundled_scenarios():
-        if name.startswith("paper/"):
-            scenario = bundled(name)
-            leader = scenario.leader.start.pose
-            for follower in scenario.followers:
-                assert 1 <= scenario.similarity.length * math.dist(leader[:2], follower.start.pose[:2]) <= 3
 
 
 # A stress scenario may leave them on purpose; it says why beside its gains.
@@ -119,11 +103,6 @@ def test_segments_and_formulas_are_kept_as_written() -> None:
     assert isinstance(given_input, SignalInput)
     assert given_input.u_x == (Segment(until=3.0, value=0.5), Segment(value="sin(t)"))
     assert given_input.u_theta == "0.2*cos(t)"
-
-
-def test_numbers_are_yaml_1_2() -> None:
-    assert load_text(MINIMAL.replace("duration: 10", "duration: 1e1")).duration == 10.0
-    assert load_text(MINIMAL.replace("name: case", "name: no")).name == "no"
 
 
 def test_a_byte_order_mark_is_skipped(tmp_path: Path) -> None:
@@ -148,10 +127,6 @@ physics:
 """
 
 
-def test_without_them_there_is_level_uniform_ground_and_a_bare_robot() -> None:
-    assert make_scene_spec(load_text(MINIMAL)) == SceneSpec(("leader", "follower"))
-
-
 def test_places_scale_with_length_and_what_a_robot_is_does_not() -> None:
     scenario = load_text(MINIMAL + PHYSICS + "similarity: {length: 0.5, time: 3}\n")
     spec = build(scenario).scene
@@ -163,12 +138,6 @@ def test_places_scale_with_length_and_what_a_robot_is_does_not() -> None:
     assert (spec.compensation, spec.base) == ("actual", "free")
     assert spec == SceneSpec.from_json(spec.to_json())
     assert load_tree(scenario.model_dump(mode="json")) == scenario
-
-
-def test_a_planar_base_and_motors_with_one_limit() -> None:
-    overrides = ["physics.base=planar", "physics.motors.no_load_speed=30"]
-    spec = make_scene_spec(load_text(MINIMAL, overrides=overrides))
-    assert spec == SceneSpec(("leader", "follower"), base="planar", no_load_speed=30.0)
 
 
 @pytest.mark.slow
@@ -236,14 +205,6 @@ def test_of_a_leader_without_a_body_nothing_is_told() -> None:
     slope = ["physics.slope.angle=0.4", "physics.slope.uphill=3.14159", "physics.friction=2"]
     assert [line.split()[0] for line in warned(*slope)] == ["leader", "follower"]
     assert [line.split()[0] for line in warned(*slope, "leader.virtual=true")] == ["follower"]
-
-
-def test_supports_bear_the_weight() -> None:
-    plant = reduced_models(SceneSpec(("robot",)))[1]
-    loads = support_loads(plant)
-    assert sum(loads.values()) == pytest.approx(plant.mass * 9.81, rel=1e-12)
-    assert loads["left wheel"] == pytest.approx(loads["right wheel"], rel=1e-12)
-    assert loads["caster"] == pytest.approx(plant.mass * 9.81 * plant.com[0] / plant.casters[0][0], rel=1e-12)
 
 
 # -- files a scenario names ------------------------------------------------------------------------

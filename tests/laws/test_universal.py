@@ -165,26 +165,6 @@ def test_docked_follower_does_not_move_away_while_it_turns() -> None:
     assert np.abs(se2.wrap(g[:, 2] - g_0[:, 2])).max() < 1e-6
 
 
-def test_command_where_the_field_cancels_the_leader_s_velocity() -> None:
-    """v_0/c ahead of the leader w is zero: the follower is told to stand still and keep its heading."""
-    field_speed = 1e6  # not saturated: the place is known
-    law = replace(LAW, field_speed=field_speed)
-    follower = Robots(np.array([2.0, 0.0, 0.3]), np.array([0.4, 0.0, 0.0]))
-    leader = Leader(np.zeros(3), np.array([1.0, 0.0, 0.0]), np.zeros(3))
-    u = command(law, Scene(follower, leader))
-    assert np.isfinite(u).all()
-    assert u[0] < 0
-
-
-def test_pi_and_minus_pi_turn_opposite_ways() -> None:
-    """A docked follower with its back to its leader turns the way its unwrapped heading names."""
-    at_rest = Leader(np.zeros(3), np.zeros(3), np.zeros(3))
-    plus, minus = (
-        command(LAW, Scene(Robots(np.array([0.0, 0.0, theta]), np.zeros(3)), at_rest)) for theta in (PI, -PI)
-    )
-    assert plus[1] == -minus[1] < 0
-
-
 def test_gains_that_break_a_bound_are_told() -> None:
     assert LAW.warnings() == ()
     assert "m = 2" in replace(LAW, m=2.0).warnings()[0]

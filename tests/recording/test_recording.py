@@ -17,7 +17,6 @@ from nhtrack import assets
 from nhtrack.errors import RecordingError
 from nhtrack.experiment.build import build
 from nhtrack.experiment.load import load
-from nhtrack.files.atomic import atomic_path
 from nhtrack.laws import LawError
 from nhtrack.recording import FORMAT_VERSION, VARIABLES, Recording, make_recording
 from nhtrack.recording.scenario import LawText, read_scenario
@@ -78,12 +77,6 @@ def small(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_every_bit_comes_back(loaded: Recording) -> None:
     assert_same_bits(loaded.dataset, sample().dataset)
     assert loaded.dataset.attrs == sample().dataset.attrs
-
-
-@pytest.mark.slow
-def test_loaded_twice_and_saved_again_is_the_same(loaded: Recording, tmp_path: Path) -> None:
-    again = Recording.load(loaded.save(tmp_path / "recording.nc"))
-    assert_same_bits(again.dataset, loaded.dataset)
 
 
 def test_run_that_ended_at_once_is_a_recording_too(tmp_path: Path) -> None:
@@ -225,24 +218,6 @@ def test_text_file_is_refused(tmp_path: Path) -> None:
         Recording.load(path)
 
 
-@pytest.mark.parametrize("failure", [KeyboardInterrupt(), OSError(errno.ENOSPC, "No space left on device")])
-@pytest.mark.parametrize("old", [None, b"the old file"])
-def test_failed_write_leaves_all_as_it_was(tmp_path: Path, failure: BaseException, old: bytes | None) -> None:
-    target = tmp_path / "recording.nc"
-    if old is not None:
-        target.write_bytes(old)
-
-    def write_half() -> None:
-        with atomic_path(target) as temporary:
-            temporary.write_bytes(b"half")
-            raise failure
-
-    with pytest.raises(type(failure)):
-        write_half()
-    assert [path.name for path in tmp_path.iterdir()] == ([] if old is None else ["recording.nc"])
-    assert old is None or target.read_bytes() == old
-
-
 def test_full_disk_while_saving_leaves_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The disk fills while the file is written: stopped half way."""
     write = Path.write_bytes
@@ -255,23 +230,3 @@ def test_full_disk_while_saving_leaves_nothing(tmp_path: Path, monkeypatch: pyte
     with pytest.raises(OSError, match="No space left"):
         sample(names=SOME).save(tmp_path / "recording.nc")
     assert list(tmp_path.iterdir()) == []
-
-
-def test_target_appears_only_when_it_is_whole(tmp_path: Path) -> None:
-    target = tmp_path / "result.json"
-    with atomic_path(target) as temporary:
-        temporary.write_text("{}")
-        assert not target.exists()
-        assert temporary.name == target.name
-    assert target.read_text() == "{}"
-    ordinary = tmp_path / "ordinary"
-    ordinary.touch()
-    assert target.stat().st_mode == ordinary.stat().st_mode
-
-
-def test_saving_again_replaces(tmp_path: Path) -> None:
-    path = tmp_path / "recording.nc"
-    sample(3, SOME).save(path)
-    sample(4, SOME).save(path)
-    assert Recording.load(path).time.size == 4
-    assert [entry.name for entry in tmp_path.iterdir()] == ["recording.nc"]

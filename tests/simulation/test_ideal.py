@@ -15,12 +15,10 @@ from scipy.integrate import solve_ivp
 import strategies as draw
 import tolerances as tol
 from drives import DRIVE
-from nhtrack import se2
 from nhtrack.errors import SimulationDiverged
 from nhtrack.ground import Ground
 from nhtrack.simulation.ideal import IdealSimulation, propagate
-from nhtrack.simulation.state import Simulation, State
-from simulation_contract import SimulationContract
+from nhtrack.simulation.state import State
 
 pytestmark = pytest.mark.property
 
@@ -99,50 +97,6 @@ def test_step_equals_scipy(motion: Motion) -> None:
     assert state.xi[0, 1] == 0.0
 
 
-@given(st.floats(-100.0, 100.0), draw.lengths, draw.lengths, st.floats(1e-3, 10.0))
-def test_without_turning_the_path_is_a_parabola_in_time(
-    theta: float, v: float, u_x: float, dt: float
-) -> None:
-    motion = Motion(np.array([0.0, 0.0, theta]), np.array([v, 0.0, 0.0]), np.array([u_x, 0.0]), dt)
-    far = v * dt + u_x * dt**2 / 2
-    expected = np.array([far * math.cos(theta), far * math.sin(theta), theta])
-    np.testing.assert_allclose(step_ideal(motion).g[0], expected, rtol=0, atol=motion.position_rounding)
-
-
-@given(draw.any_angles, st.floats(-3.0, 3.0).filter(lambda omega: abs(omega) > 1e-3))
-def test_at_constant_twist_the_path_is_the_exponential(theta: float, omega: float) -> None:
-    motion = Motion(np.array([0.3, -0.2, theta]), np.array([0.7, 0.0, omega]), np.zeros(2), 1.0)
-    expected = se2.compose(motion.g, se2.exp(motion.xi))
-    np.testing.assert_allclose(step_ideal(motion).g[0, :2], expected[:2], atol=motion.position_rounding)
-    np.testing.assert_allclose(step_ideal(motion).g[0, 2], expected[2], atol=motion.heading_rounding)
-
-
-@given(motions(), st.floats(0.0, 1.0))
-def test_two_periods_compose_to_their_sum(motion: Motion, share: float) -> None:
-    first, rest = share * motion.dt, motion.dt - share * motion.dt
-    halfway = propagate(motion.g, motion.xi, motion.u, first)
-    twice = propagate(*halfway, motion.u, rest)
-    once = propagate(motion.g, motion.xi, motion.u, motion.dt)
-    assert np.abs(twice[0] - once[0])[:2].max() <= 4 * motion.position_rounding
-    assert np.abs(twice[0] - once[0])[2] <= 4 * motion.heading_rounding
-    assert (
-        np.abs(twice[1] - once[1]).max() <= tol.ALGEBRA * (np.abs(motion.xi) + np.abs(motion.u).max()).max()
-    )
-
-
-@given(draw.poses, motions(draw.log_angles))
-def test_flow_is_left_invariant(h: np.ndarray, motion: Motion) -> None:
-    """Moving the start by h moves the end by h and leaves the twist as it is."""
-    g, xi = propagate(motion.g, motion.xi, motion.u, motion.dt)
-    g_moved, xi_moved = propagate(se2.compose(h, motion.g), motion.xi, motion.u, motion.dt)
-    size = math.hypot(h[0], h[1]) + math.hypot(motion.g[0], motion.g[1]) + motion.reach
-    turned = abs(h[2]) + abs(motion.g[2]) + abs(g[2])
-    expected = se2.compose(h, g)
-    assert np.abs(g_moved - expected)[:2].max() <= size * (2 * tol.ALGEBRA + tol.ANGLE_SUM * turned)
-    assert abs(g_moved[2] - expected[2]) <= tol.ANGLE_SUM * turned
-    np.testing.assert_array_equal(xi_moved, xi)
-
-
 # -- batches ----------------------------------------------------------------------------------------
 
 
@@ -193,14 +147,6 @@ def test_divergence_in_a_batch_names_the_simulation() -> None:
     simulation.step(u)
     with pytest.raises(SimulationDiverged, match=r"state is not finite: robot 'b' at t = 2\.000 s \(simulation 2\)"):
         simulation.step(u)
-
-
-# -- the contract -----------------------------------------------------------------------------------
-
-
-class TestIdealSimulation(SimulationContract):
-    def make(self) -> Simulation:
-        return IdealSimulation(self.names, DRIVE, self.dt)
 
 
 def test_telemetry_is_what_the_reduced_model_says() -> None:

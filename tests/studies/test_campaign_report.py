@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -16,7 +15,6 @@ from elements import Elements
 from nhtrack.config.campaign import Campaign
 from nhtrack.config.documentation import json_schema
 from nhtrack.experiment.load import load_campaign
-from nhtrack.presentation.numbers import grouped
 from nhtrack.report.page import render_page
 from nhtrack.studies.campaign.plots.shares import percent
 from nhtrack.studies.campaign.report import (
@@ -35,7 +33,6 @@ from nhtrack.studies.campaign.tables import cells_of
 from reports import HOSTILE
 
 DIGITS = 5e-5  # five significant digits: rounding moves a number by at most half a unit of the last one
-MOST_BYTES = 15e6  # of the page of ten thousand runs
 
 
 def tree(**changes: Any) -> dict[str, Any]:
@@ -111,13 +108,6 @@ def test_starts_that_did_not_arrive_are_kept_first() -> None:
 
 
 @pytest.mark.slow
-def test_ten_thousand_runs_make_a_page_that_is_small_enough() -> None:
-    runs = campaign_starts(LAWS, count=150, lost=0.5)
-    assert len(runs) > 10_000
-    assert len(page_of(runs).encode()) < MOST_BYTES
-
-
-@pytest.mark.slow
 def test_what_is_left_out_is_told() -> None:
     runs = campaign_starts(LAWS[:1], FAMILIES[:2], count=20_000)
     page = Elements(page_of(runs))
@@ -166,13 +156,3 @@ def test_no_text_of_a_user_is_markup(runs: pd.DataFrame) -> None:
     assert tags.count("script") == 3
     assert "img" not in tags
     assert json.loads(page.texts["script"][0])["laws"][0]["name"] == HOSTILE
-
-
-@pytest.mark.slow
-def test_the_same_tables_give_the_same_bytes(runs: pd.DataFrame, tmp_path: Path) -> None:
-    runs.to_parquet(tmp_path / "runs.parquet")
-    assert page_of(runs) == page_of(pd.read_parquet(tmp_path / "runs.parquet"))
-
-
-def test_large_numbers_are_grouped() -> None:
-    assert [grouped(number) for number in (0, 9999, 10_000, 1_234_567)] == ["0", "9999", "10\xa0000", "1\xa0234\xa0567"]

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from nhtrack import se2
-from nhtrack.config.law_sections import LawSection, law_names, law_section
+from nhtrack.config.law_sections import LawSection, law_section
 from nhtrack.config.scenario import Scenario
 from nhtrack.errors import FeasibilityError, ScenarioError
 from nhtrack.experiment.load import load, load_text
@@ -19,7 +19,7 @@ from nhtrack.recording import Recording
 from nhtrack.studies.compare import run as study
 from nhtrack.studies.compare.laws_file import MOST_LAWS, load_laws
 from nhtrack.studies.compare.ranking import MEASURES, Standing, best, control_effort, standing
-from nhtrack.studies.compare.result import Comparison, Search, room_of
+from nhtrack.studies.compare.result import Comparison, Search
 from nhtrack.studies.compare.run import compare, labels
 from nhtrack.studies.feasibility.run import fitting_time
 from nhtrack.studies.run.run import run_scenario
@@ -75,11 +75,6 @@ def test_a_law_written_out_or_in_a_file_has_those_gains(tmp_path: Path) -> None:
     assert written == law_section("kanayama")(name="kanayama", k_x=2.0)
     assert filed == case("law.kp=7.5").law
     assert asked("tour/universal")[1] == load("tour/universal").law  # a bundled one, its limits with it
-
-
-def test_every_law_with_defaults_can_be_asked_for_by_name() -> None:
-    for name in law_names()[2:]:
-        assert asked(name)[1].name == name
 
 
 def test_labels_are_names_numbered_where_they_must_be() -> None:
@@ -245,14 +240,6 @@ def test_effort_is_of_followers_and_leaves_out_the_end() -> None:
     assert control_effort(recording) == pytest.approx((np.sqrt(12.5), 5.0))
     recording.dataset["input"].values[0, 1] = (np.inf, 1e200)
     assert control_effort(recording) == (None, None)
-
-
-def test_room_is_as_much_again_as_leader_and_starts_span() -> None:
-    recording = synthetic_recording(1, samples=3)
-    pose = np.zeros((3, 2, 3))
-    pose[:, 0, 0], pose[0, 1, :2], pose[1:, 1, :2] = (0, 2, 4), (-1, 3), (1e9, -1e9)  # a follower that is lost
-    recording.dataset["pose"].values[:] = pose
-    assert room_of([recording]) == (-6, 9, -5, 8)
 
 
 # -- gains and time ---------------------------------------------------------------------------------
