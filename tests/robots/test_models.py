@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import re
 import tomllib
-from collections.abc import Iterator
 from pathlib import Path
-from types import ModuleType
 from typing import NamedTuple
 
 import mujoco
@@ -14,6 +12,7 @@ import numpy as np
 import pytest
 
 from nhtrack import assets
+from nhtrack.mjcf import from_path
 
 MODELS = Path(__file__).resolve().parents[2] / "models"
 ARENA = MODELS / "arena" / "scene.xml"
@@ -86,33 +85,24 @@ def burger() -> Robot:
     return load("burger")
 
 
-@pytest.fixture(scope="module")
-def mjcf() -> Iterator[ModuleType]:
-    with pytest.MonkeyPatch.context() as monkeypatch:
-        monkeypatch.setenv("MUJOCO_GL", "disable")  # dm_control would otherwise look for a display on import
-        from dm_control import mjcf
-
-        yield mjcf
-
-
-def three_of(robot: Robot, mjcf: ModuleType) -> mujoco.MjModel:
+def three_of(robot: Robot) -> mujoco.MjModel:
     """Three robots attached to the arena, with a contact stiff enough to call the floor rigid."""
-    arena = mjcf.from_path(str(ARENA))
+    arena = from_path(ARENA)
     for index, (x, y, theta) in enumerate(PLACES):
-        one = mjcf.from_path(str(MODELS / robot.name / "robot.xml"))
+        one = from_path(MODELS / robot.name / "robot.xml")
         one.model = f"r{index}"
         one.find("joint", "root").remove()  # MuJoCo wants a free joint on a top-level body: the frame
         for name in SUPPORTS:
             one.find("geom", name).solref, one.find("geom", name).solimp = STIFF_SOLREF, STIFF_SOLIMP
-        frame = arena.attach(one)
+        frame = arena.worldbody.attach(one)
         frame.pos, frame.euler = (x * reach(robot), y * reach(robot), robot.radius), (0, 0, theta)
         frame.add("freejoint", name="root")
     return mujoco.MjModel.from_xml_string(arena.to_xml_string(), arena.get_assets())
 
 
 @pytest.fixture(scope="module")
-def trio(robot: Robot, mjcf: ModuleType) -> mujoco.MjModel:
-    return three_of(robot, mjcf)
+def trio(robot: Robot) -> mujoco.MjModel:
+    return three_of(robot)
 
 
 def standing(trio: mujoco.MjModel) -> mujoco.MjData:
@@ -545,10 +535,10 @@ def test_a_sideways_push_slides_nh_mini_before_it_tips(nh_mini: Robot) -> None:
 
 
 @pytest.mark.slow
-def test_full_braking_leaves_the_caster_of_nh_mini_on_the_floor(nh_mini: Robot, mjcf: ModuleType) -> None:
+def test_full_braking_leaves_the_caster_of_nh_mini_on_the_floor(nh_mini: Robot) -> None:
     """The caster lifts at 4.00 / 3.67 = 1.09 of the torque limit, and not before."""
     limit = nh_mini.model.actuator("left_motor").ctrlrange[1]
-    trio = three_of(nh_mini, mjcf)
+    trio = three_of(nh_mini)
     assert casters_on_floor(trio, driven(trio, -1.05 * limit)) == 3  # past the motor's own limit
     assert casters_on_floor(trio, driven(trio, -1.15 * limit)) == 0
 
@@ -603,8 +593,8 @@ def test_the_floor_gives_way_long_before_the_servos_of_burger(burger: Robot) -> 
 
 
 @pytest.mark.slow
-def test_braking_lifts_the_caster_of_burger_and_accelerating_spins_its_wheels(burger: Robot, mjcf: ModuleType) -> None:
-    trio = three_of(burger, mjcf)
+def test_braking_lifts_the_caster_of_burger_and_accelerating_spins_its_wheels(burger: Robot) -> None:
+    trio = three_of(burger)
     lifting, spinning = (torque_for(burger, limit(burger)) for limit in (lifting_braking, spinning_forward))
     assert casters_on_floor(trio, driven(trio, -0.97 * lifting)) == 3
     assert casters_on_floor(trio, driven(trio, -1.03 * lifting)) == 0
