@@ -33,16 +33,17 @@ for name in robots:
     sys.argv = ["picture.py", f"{out}/{name}.png"]
     runpy.run_path(f"{models}/{name}/picture.py", run_name="__main__")
 import mujoco, numpy as np
-from dm_control import mjcf
+from pathlib import Path
+from nhtrack.mjcf import from_path
 for name, (radius, scale, height, *centre) in robots.items():
-    arena = mjcf.from_path(f"{models}/arena/scene.xml")
+    arena = from_path(Path(models, "arena/scene.xml"))
     arena.visual.quality.shadowsize = 1024
     for index, colour in enumerate(colours):
-        robot = mjcf.from_path(f"{models}/{name}/robot.xml")
+        robot = from_path(Path(models, name, "robot.xml"))
         robot.model = f"r{index}"
         robot.find("joint", "root").remove()
         robot.find("material", "accent").rgba = (*colour, 1)
-        frame = arena.attach(robot)
+        frame = arena.worldbody.attach(robot)
         frame.pos = (0.1 * scale, (0.125 - 0.25 * index) * scale, radius)
         frame.add("freejoint", name="root")
     above, overhead = (2 * np.degrees(np.arctan(half * scale / height)) for half in (0.5, 0.1))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -10,6 +9,7 @@ import numpy as np
 from nhtrack import assets
 from nhtrack.colours import GRIP, ICE, rgb
 from nhtrack.ground import Patch
+from nhtrack.mjcf import from_path
 from nhtrack.robots.diff_drive.identification import Parts
 from nhtrack.simulation.fleet import ROBOT, Blueprint, Robot, make_blueprint
 
@@ -45,14 +45,13 @@ def compose(
         parts: names of the robot's parts.
         share_materials: whether robots have one set of materials, with an accent of each colour.
     """
-    mjcf = _mjcf()
-    arena = mjcf.from_path(str(assets.models_directory() / "arena" / "scene.xml"))
+    arena = from_path(assets.models_directory() / "arena" / "scene.xml")
     arena.compiler.remove()  # how a robot's file is read is the robot's to say; the arena has no angles
     _set_options(arena, spec)
     for index, patch in enumerate(spec.patches):
         _draw_patch(arena, f"patch_{index}", patch, spec.friction, (index + 1) * _PATCH_HEIGHT)
     if spec.bodies:
-        robot = mjcf.from_path(str(robot_file))
+        robot = from_path(robot_file)
         robot.model = ROBOT
         _set_contacts(robot, spec, parts)
         _set_wheels(robot, spec, drive, parts)
@@ -77,24 +76,10 @@ def _robots(spec: SceneSpec) -> tuple[Robot, ...]:
 
 
 def loaded_robot(robot_file: Path, payload: Payload, wheel_radius: float, parts: Parts) -> Any:
-    """Returns the dm_control element of one robot alone with what it carries."""
-    robot = _mjcf().from_path(str(robot_file))
+    """Returns the MJCF element of one robot alone with what it carries."""
+    robot = from_path(robot_file)
     _add_payload(robot, parts.chassis, payload, wheel_radius)
     return robot
-
-
-def _mjcf() -> Any:
-    """Returns dm_control.mjcf, imported without the search for a display that its renderer would begin."""
-    chosen = os.environ.get("MUJOCO_GL")
-    os.environ["MUJOCO_GL"] = "disable"
-    try:
-        from dm_control import mjcf
-    finally:
-        if chosen is None:
-            del os.environ["MUJOCO_GL"]
-        else:
-            os.environ["MUJOCO_GL"] = chosen
-    return mjcf
 
 
 def _set_options(arena: Any, spec: SceneSpec) -> None:

@@ -1,13 +1,13 @@
-"""Writes the MJCF of a whole scene by dm_control, contact sensors included: what moves, not what it looks like."""
+"""Writes the MJCF of a whole scene, contact sensors included: what moves, not what it looks like."""
 
 from __future__ import annotations
 
-import os
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from nhtrack import assets
+from nhtrack.mjcf import from_path
 from nhtrack.robots.diff_drive.identification import Parts
 
 if TYPE_CHECKING:
@@ -23,13 +23,12 @@ _DENSE_ROBOTS = 4
 
 
 def compose(spec: SceneSpec, robot_file: Path, drive: DiffDrive, parts: Parts) -> Any:
-    """Returns the dm_control element of a scene."""
-    mjcf = _mjcf()
-    arena = mjcf.from_path(str(assets.models_directory() / "arena" / "scene.xml"))
+    """Returns the MJCF element of a scene."""
+    arena = from_path(assets.models_directory() / "arena" / "scene.xml")
     arena.compiler.remove()  # how a robot's file is read is the robot's to say; the arena has no angles
     _set_options(arena, spec)
     for name in spec.bodies:
-        robot = mjcf.from_path(str(robot_file))
+        robot = from_path(robot_file)
         robot.model = name
         _set_contacts(robot, spec, parts)
         _set_wheels(robot, spec, drive, parts)
@@ -39,20 +38,6 @@ def compose(spec: SceneSpec, robot_file: Path, drive: DiffDrive, parts: Parts) -
     if spec.virtual_root:
         arena.worldbody.add("body", name=spec.robots[0], mocap=True)
     return arena
-
-
-def _mjcf() -> Any:
-    """Returns dm_control.mjcf, imported without the search for a display that its renderer would begin."""
-    chosen = os.environ.get("MUJOCO_GL")
-    os.environ["MUJOCO_GL"] = "disable"
-    try:
-        from dm_control import mjcf
-    finally:
-        if chosen is None:
-            del os.environ["MUJOCO_GL"]
-        else:
-            os.environ["MUJOCO_GL"] = chosen
-    return mjcf
 
 
 def _set_options(arena: Any, spec: SceneSpec) -> None:

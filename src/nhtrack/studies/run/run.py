@@ -27,6 +27,7 @@ from nhtrack.experiment.stability import stability_warnings
 from nhtrack.experiment.storage import storage
 from nhtrack.files.folder import OutputError, claimed_folder, clear, fresh_folder, save_json
 from nhtrack.laws.address import entry_of, runs_as_python
+from nhtrack.mjcf import has_dm_control
 from nhtrack.recording import Recording, make_recording
 from nhtrack.robots.diff_drive import DiffDrive
 from nhtrack.simulation.ideal import IdealSimulation
@@ -56,7 +57,7 @@ _COORDINATES = 9
 # Robots from which on threads gain more than they cost.
 _FLEET = 12
 
-_VERSIONED = ("nhtrack", "mujoco", "numpy", "scipy", "dm-control", "array-api-compat")
+_VERSIONED = ("nhtrack", "mujoco", "numpy", "scipy", "array-api-compat")
 
 
 @dataclass(frozen=True)
@@ -271,7 +272,8 @@ def versions() -> Mapping[str, str]:
     """Returns the versions of Python, of the package and of the libraries that move its numbers."""
     import importlib.metadata
 
-    return {"python": platform.python_version()} | {name: importlib.metadata.version(name) for name in _VERSIONED}
+    names = (*_VERSIONED, *(["dm-control"] if has_dm_control() else []))
+    return {"python": platform.python_version()} | {name: importlib.metadata.version(name) for name in names}
 
 
 def _figures(recording: Recording, folder: Path, *, pdf: bool) -> tuple[list[Path], list[str]]:
