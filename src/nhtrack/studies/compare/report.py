@@ -9,12 +9,14 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from nhtrack.presentation.numbers import listed, quantity, seconds, share
+from nhtrack.presentation.shown import settled_note
 from nhtrack.recording import Recording
 from nhtrack.report.data import payload
 from nhtrack.report.page import Page, write_page
 from nhtrack.report.panels import decades
 from nhtrack.report.scenario_listing import meanings, yaml_text
 from nhtrack.report.timed import SCRIPTS, SECTIONS, timed_contents, with_film
+from nhtrack.settling import SettlingLimits
 from nhtrack.studies.run.report import Extras
 
 Row = Mapping[str, Any]  # of `laws` in a comparison's tree
@@ -83,6 +85,7 @@ def compare_page(tree: Row, runs: Mapping[str, Recording], merged: Recording, ex
             "film": film,
             "no_film": extras.no_film,
             "standings": [row | {"colour": colours[groups[row["label"]]]} for row in _rows(tree)],
+            "settled": settled_note(SettlingLimits(**tree["settling_limits"])),
             "headings": [measure.heading for measure in MEASURES.values()],
             "laws": [_law(row) for row in tree["laws"]],
             "notes": tree["notes"],

@@ -10,13 +10,15 @@ from typing import TYPE_CHECKING, Any
 from nhtrack.analysis.metrics import smallest_separation, summary
 from nhtrack.config.schema import Follower, Leader, Scenario, SignalInput, Start
 from nhtrack.experiment.load import load_tree
+from nhtrack.presentation.shown import within
 from nhtrack.recording import Recording
+from nhtrack.settling import settling_limits
 
 if TYPE_CHECKING:
     from nhtrack.studies.paper.run import ExampleRuns
 
 STARTS = ("robot", "theta(0)", "x(0)", "y(0)", "omega(0)", "v_x(0)")
-FOLLOWERS = ("follower", "model", "position at T", "heading at T", "late position", "late heading")
+FOLLOWERS = ("follower", "model", "position at T", "heading at T", "late position", "late heading", "settled after")
 
 _TITLE = """\
 # The paper's examples on wheels
@@ -32,8 +34,10 @@ neither the geometry nor the law. Pale broad lines are the ideal twin; thin line
 where each began.
 
 The paper gives no gains. Those below were searched for on the ideal model (`nhtrack tune`). *Late* is the worst of the
-last 15 % of a run; per cent are of the leader's path. With a moving leader the printed law ends on a limit cycle around
-it, on the ideal integrator as on wheels: late errors measure the law, the gap to the twin measures the wheels.
+last 15 % of a run; per cent are of the leader's path. A follower has *settled* once it stays {settled}
+of its place, in the paper's units, until the end and at least over that part of the run. With a moving leader the
+printed law ends on a limit cycle around it, on the ideal integrator as on wheels: late errors measure the law, the gap
+to the twin measures the wheels.
 """
 
 
@@ -44,7 +48,7 @@ def page(done: Sequence[ExampleRuns], folder: str) -> str:
         done: examples with their runs.
         folder: where the figures are, relative to the page.
     """
-    parts = [_TITLE, _overview(done)]
+    parts = [_TITLE.format(settled=within(settling_limits(1.0))), _overview(done)]
     parts += [_section(runs, folder) for runs in done]
     made = next(iter(done[0].shown.values())).versions
     parts.append(f"Made with nhtrack {made['nhtrack']} and MuJoCo {made['mujoco']}.\n")
@@ -181,14 +185,15 @@ def follower_rows(runs: ExampleRuns) -> list[list[str]]:
     return rows
 
 
-def _error_cells(errors: Mapping[str, float], recording: Recording) -> list[str]:
-    """Returns position and heading error at T, then late."""
+def _error_cells(errors: Mapping[str, Any], recording: Recording) -> list[str]:
+    """Returns position and heading error at T, then late, and when it settled."""
     path, cells = leader_path(recording), []
     for when in ("final", "late"):
         distance = errors[f"{when}_position_error"]
         cells.append(f"{distance / recording.length_scale:.3g} m ({100 * distance / path:.2f} %)")
         cells.append(f"{errors[f'{when}_heading_error']:.2g} rad")
-    return cells
+    settled = errors["settling_time"]
+    return [*cells, "never" if settled is None else f"{settled / recording.time_scale:.3g} s"]
 
 
 def _robot_table(runs: ExampleRuns) -> str:
