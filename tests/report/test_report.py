@@ -57,7 +57,7 @@ def recording() -> Recording:
 
 
 def test_a_short_recording_is_shown_row_by_row(recording: Recording) -> None:
-    shown = json.loads(json.dumps(payload(recording), allow_nan=False))
+    shown = json.loads(json.dumps(payload(recording, ()), allow_nan=False))
     frames, pose, twin = shown["frames"], recording["pose"].values, recording["ideal_pose"].values
     np.testing.assert_allclose(frames["time"], recording.time, rtol=DIGITS)
     for place in range(4):
@@ -75,7 +75,7 @@ def test_a_short_recording_is_shown_row_by_row(recording: Recording) -> None:
 
 
 def test_axes_are_labelled_in_the_unit_the_curves_are_in(recording: Recording) -> None:
-    panels = {panel["key"]: panel for panel in payload(recording)["panels"]}
+    panels = {panel["key"]: panel for panel in payload(recording, ())["panels"]}
     largest = np.abs(recording["lateral_slip"].values).max()
     shown = max(abs(value) for curve in panels["sideways"]["curves"] for value in curve["y"])
     factor = {"m/s": 1.0, "mm/s": 1e3, "µm/s": 1e6, "nm/s": 1e9}[panels["sideways"]["unit"]]
@@ -114,7 +114,7 @@ def test_numbers_that_json_does_not_know_are_none() -> None:
 @pytest.mark.slow
 def test_a_crowd_becomes_a_band_around_its_median() -> None:
     crowd = whole_recording(9, samples=4501)
-    panel = payload(crowd)["panels"][0]
+    panel = payload(crowd, ())["panels"][0]
     (band,) = panel["curves"]
     errors = position_error(crowd)[:, 1:]
     assert len(band["t"]) < 4501

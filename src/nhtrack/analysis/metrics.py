@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import asdict
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from nhtrack.analysis.events import find_events
+from nhtrack.analysis.events import Event, find_events
 from nhtrack.recording import Recording
 from nhtrack.settling import SettlingLimits, first_late_row, settling_limits, settling_rows
 
@@ -97,15 +98,20 @@ def _nearest_of_many(positions: np.ndarray) -> tuple[float, int, int, int]:
     return nearest
 
 
-def summary(recording: Recording) -> dict[str, Any]:
+def summary(recording: Recording, events: Sequence[Event] | None = None) -> dict[str, Any]:
     """Returns the figures of a run as a tree of plain numbers and names, ready for JSON; unknown figures are None.
 
     Positions in metres, headings in radians, loads in newtons, times in seconds on the robot's clock. An infinite
     utilisation, of a wheel that carries no load, is None like any figure that is not known. *Late* means the worst over
     the last 15 % of the run, `settling_limits` are those of `nhtrack.settling`. The events are those of
     `nhtrack.analysis.events.find_events`.
+
+    Args:
+        recording: the run.
+        events: of the run, if they are known; else they are looked for.
     """
     separation = smallest_separation(recording)
+    events = find_events(recording) if events is None else events
     return {
         "name": recording.name,
         "backend": recording.backend,
@@ -113,14 +119,15 @@ def summary(recording: Recording) -> dict[str, Any]:
         "duration": float(recording.time[-1]),
         "similarity": {"length": recording.length_scale, "time": recording.time_scale},
         "settling_limits": limits_of(recording)._asdict(),
-        "followers": _follower_figures(recording),
-        "robots": _robot_figures(recording),
+        "followers": follower_figures(recording),
+        "robots": robot_figures(recording),
         "smallest_separation": None if separation is None else separation._asdict(),
-        "events": [asdict(event) | {"worst": _plain(event.worst)} for event in find_events(recording)],
+        "events": [asdict(event) | {"worst": _plain(event.worst)} for event in events],
     }
 
 
-def _follower_figures(recording: Recording) -> dict[str, dict[str, float | None]]:
+def follower_figures(recording: Recording) -> dict[str, dict[str, Any]]:
+    """Returns the errors of every follower by its name, and when it settled; see `summary`."""
     position, heading = position_error(recording), np.abs(heading_error(recording))
     late, settled = late_rows(recording), settling_times(recording)
     columns = {name: i for i, name in enumerate(recording.robots)}
@@ -137,7 +144,8 @@ def _follower_figures(recording: Recording) -> dict[str, dict[str, float | None]
     }
 
 
-def _robot_figures(recording: Recording) -> dict[str, dict[str, float | None]]:
+def robot_figures(recording: Recording) -> dict[str, dict[str, Any]]:
+    """Returns path, gap to the twin, friction, load and torque of every robot by its name; see `summary`."""
     travelled = np.hypot(*np.moveaxis(np.diff(recording["pose"].values[..., :2], axis=0), -1, 0)).sum(axis=0)
     position, heading = position_gap(recording), np.abs(heading_gap(recording))
     columns: dict[str, np.ndarray] = {

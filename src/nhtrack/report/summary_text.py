@@ -10,7 +10,7 @@ import numpy as np
 
 from nhtrack.analysis.events import AT_LIMIT
 from nhtrack.presentation.numbers import listed, quantity, seconds, share
-from nhtrack.presentation.shown import CROWD, within
+from nhtrack.presentation.shown import CROWD, Span, within
 from nhtrack.recording import Recording
 from nhtrack.settling import LATE, SettlingLimits
 
@@ -52,6 +52,11 @@ def verdicts(summary: Summary, run: About | None = None) -> list[str]:
     parts: list[Callable[[Summary], list[str]]] = [_gap, _friction, _motors, _events]
     told = _outcome(summary, known) + _settling(summary, known)
     return told + [sentence for part in parts for sentence in part(summary)] + _closest(summary, known)
+
+
+def event_spans(summary: Summary) -> list[Span]:
+    """Returns start and end of every event [s]."""
+    return [(event["start"], event["end"]) for event in summary["events"]]
 
 
 def tiles(summary: Summary) -> list[tuple[str, str]]:

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from nhtrack.presentation.numbers import listed, quantity, seconds, share
-from nhtrack.presentation.shown import settled_note
+from nhtrack.presentation.shown import Span, settled_note
 from nhtrack.recording import Recording
 from nhtrack.report.data import payload
 from nhtrack.report.page import Page, write_page
@@ -46,23 +46,28 @@ MEASURES: Mapping[str, Measure] = {
 }
 
 
-def write(tree: Row, runs: Mapping[str, Recording], merged: Recording, path: Path, extras: Extras) -> Path:
+def write(
+    tree: Row, runs: Mapping[str, Recording], merged: Recording, wrong: Iterable[Span], path: Path, extras: Extras
+) -> Path:
     """Writes the page of a comparison; the file appears under its name only once it is whole.
 
     Args:
         tree: what the comparison found, as plain values (`comparison.json`).
         runs: of the laws, by their labels.
         merged: all of them as one (`nhtrack.video.together.together`).
+        wrong: start and end of everything that went wrong on wheels, under any law [s].
         path: file to write.
         extras: film and schema.
     """
-    return write_page(compare_page(tree, runs, merged, extras), path)
+    return write_page(compare_page(tree, runs, merged, wrong, extras), path)
 
 
-def compare_page(tree: Row, runs: Mapping[str, Recording], merged: Recording, extras: Extras) -> Page:
+def compare_page(
+    tree: Row, runs: Mapping[str, Recording], merged: Recording, wrong: Iterable[Span], extras: Extras
+) -> Page:
     """Returns what the page of a comparison shows. Arguments as `write`."""
     whole = joined(merged, runs)
-    data, film = with_film(payload(whole), whole, extras.film)
+    data, film = with_film(payload(whole, wrong), whole, extras.film)
     kept = {label for label, run in runs.items() if run.outcome == "completed"}
     data["panels"] = [fitted(panel, kept, whole) for panel in data["panels"]] if kept else data["panels"]
     colours = {robot["name"]: robot["colour"] for robot in data["robots"]}

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
-from nhtrack.analysis.metrics import smallest_separation, summary
+from nhtrack.analysis.metrics import follower_figures, robot_figures, smallest_separation
 from nhtrack.config.schema import Follower, Leader, Scenario, SignalInput, Start
 from nhtrack.experiment.load import load_tree
 from nhtrack.presentation.shown import within
@@ -92,7 +92,7 @@ def _overview(done: Sequence[ExampleRuns]) -> str:
     for runs in done:
         for name, recording in runs.shown.items():
             late = [_late(run) for run in (runs.ideal[name], runs.wheels.get(name)) if run is not None]
-            robots = summary(recording)["robots"].values() if runs.wheels else ()
+            robots = robot_figures(recording).values() if runs.wheels else ()
             rows.append([
                 f"[{name}](#example-{runs.example.number})",
                 f"{farthest(recording):.2f} m",
@@ -177,7 +177,7 @@ def follower_rows(runs: ExampleRuns) -> list[list[str]]:
     rows = []
     for name, recording in runs.shown.items():
         models = {"ideal": runs.ideal[name]} | ({"MuJoCo": runs.wheels[name]} if runs.wheels else {})
-        figures = {model: summary(run)["followers"] for model, run in models.items()}
+        figures = {model: follower_figures(run) for model, run in models.items()}
         for follower in recording.followers:
             called = follower if len(runs.shown) == 1 else f"{follower}, `{name}`"
             for model, run in models.items():
@@ -200,7 +200,7 @@ def _robot_table(runs: ExampleRuns) -> str:
     """Returns the gaps to the ideal twin and the loads of every robot, on the floor."""
     rows = []
     for name, recording in runs.wheels.items():
-        for robot, figures in summary(recording)["robots"].items():
+        for robot, figures in robot_figures(recording).items():
             rows.append([
                 robot if len(runs.wheels) == 1 else f"{robot}, `{name}`",
                 f"{figures['path_length']:.2f} m",
@@ -227,14 +227,14 @@ def _closest(recording: Recording) -> str:
 
 def _late(recording: Recording) -> tuple[float, float]:
     """Returns the largest late errors of all followers: position in per cent of the leader's path, heading [rad]."""
-    followers = summary(recording)["followers"].values()
+    followers = follower_figures(recording).values()
     position = max(follower["late_position_error"] for follower in followers)
     return 100 * position / leader_path(recording), max(follower["late_heading_error"] for follower in followers)
 
 
 def leader_path(recording: Recording) -> float:
     """Returns the length of the leader's path [m]."""
-    return float(summary(recording)["robots"][recording.robots[0]]["path_length"])
+    return float(robot_figures(recording)[recording.robots[0]]["path_length"])
 
 
 def farthest(recording: Recording) -> float:

@@ -15,9 +15,9 @@ from nhtrack.analysis.metrics import (
     late_rows,
     limits_of,
     position_error,
+    robot_figures,
     settling_times,
     smallest_separation,
-    summary,
 )
 from nhtrack.experiment.load import load_tree
 from nhtrack.presentation.numbers import quantity, seconds, share
@@ -201,12 +201,12 @@ def _robots(runs: ExampleRuns) -> Table:
             share(figures["torque_saturation_share"]),
         ]
         for name, recording in runs.wheels.items()
-        for robot, figures in summary(recording)["robots"].items()
+        for robot, figures in robot_figures(recording).items()
     ]
     header = ["robot", "path", "gap RMS", "gap max", "heading gap max", "peak friction utilisation"]
     return Table("How far wheels and ideal twin part, on the floor", [*header, "time at the torque limit"], rows)
 
 
 def _largest(recording: Recording, figure: str) -> float | None:
-    known = [value for each in summary(recording)["robots"].values() if (value := each[figure]) is not None]
+    known = [value for each in robot_figures(recording).values() if (value := each[figure]) is not None]
     return max(known, default=None)
