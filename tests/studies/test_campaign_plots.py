@@ -88,6 +88,13 @@ def test_every_cell_says_its_share_and_interval_in_its_place():
     assert axes.get_ylim() == (len(LAWS), 0)  # the first law stands above
 
 
+def test_what_was_measured_stands_below_the_map():
+    caption = share_map(campaign_cells(campaign_starts(count=50), "mujoco")).get_supxlabel()
+    said = " ".join(caption.split())
+    assert "Wheels in MuJoCo, 50 starts a cell" in said
+    assert "converged: stays within 10 mm and 20 mrad of its place until the end" in said
+
+
 def test_what_was_not_measured_is_blank():
     cells = campaign_cells(campaign_starts(LAWS[:2], FAMILIES[:2], 50))
     (axes,) = share_map(cells.drop(index=2)).axes
@@ -101,7 +108,7 @@ def test_what_was_not_measured_is_blank():
 
 def test_every_start_is_a_dart_at_its_place_along_its_heading():
     starts = campaign_starts(families=FAMILIES[:3], count=60, share=0.5, seed=5)
-    for axes, family in zip(start_map(starts, LAWS[0]).axes, FAMILIES[:3], strict=False):
+    for axes, family in zip(start_map(starts, campaign_cells(starts), LAWS[0]).axes, FAMILIES[:3], strict=False):
         own = starts[starts["family"] == family]
         order = [own[own["converged"]].sort_values("settling_time"), own[~own["converged"]]]
         poses = pd.concat(order)[["x", "y", "theta"]].to_numpy()
@@ -117,7 +124,7 @@ def test_every_start_is_a_dart_at_its_place_along_its_heading():
 
 def test_the_slower_the_darker_and_failures_on_top_in_their_own_colour():
     starts = campaign_starts(families=FAMILIES[:1], count=100, share=0.7)
-    axes = start_map(starts, LAWS[0]).axes[0]
+    axes = start_map(starts, campaign_cells(starts), LAWS[0]).axes[0]
     good, bad, lost = [each for each in axes.collections if each.get_zorder() < 5]
     shades = [luminance(colour) for colour in good.get_facecolor()]
     assert len(shades) == 70
@@ -131,7 +138,7 @@ def test_the_slower_the_darker_and_failures_on_top_in_their_own_colour():
 
 def test_very_many_starts_are_dots_and_the_few_that_fail_still_darts():
     starts = campaign_starts(families=FAMILIES[:1], count=5000, share=0.999)
-    axes = start_map(starts, LAWS[0]).axes[0]
+    axes = start_map(starts, campaign_cells(starts), LAWS[0]).axes[0]
     good, bad, _ = [each for each in axes.collections if each.get_zorder() < 5]
     assert good.get_rasterized()
     assert {len(path.vertices) - 1 for path in good.get_paths()} == {6}
@@ -146,7 +153,7 @@ def test_very_many_starts_are_dots_and_the_few_that_fail_still_darts():
 @pytest.mark.slow
 def test_the_worst_is_ringed_and_numbered():
     starts = campaign_starts(families=FAMILIES[:2], count=40)
-    figure = start_map(starts, LAWS[0], {FAMILIES[1]: 17})
+    figure = start_map(starts, campaign_cells(starts), LAWS[0], {FAMILIES[1]: 17})
     assert [line for line in figure.axes[0].lines if line.get_marker() == "o"] == []
     rings = [line for line in figure.axes[1].lines if line.get_marker() == "o"]
     place = starts[(starts["family"] == FAMILIES[1]) & (starts["start"] == 17)][["x", "y"]].to_numpy()[0]
@@ -156,7 +163,8 @@ def test_the_worst_is_ringed_and_numbered():
 
 
 def test_disc_and_leader_are_to_scale():
-    axes = start_map(campaign_starts(families=FAMILIES[:1], count=2000), LAWS[0]).axes[0]
+    starts = campaign_starts(families=FAMILIES[:1], count=2000)
+    axes = start_map(starts, campaign_cells(starts), LAWS[0]).axes[0]
     (disc,) = axes.patches
     assert (disc.center, disc.radius) == ((0, 0), 10.0)
     assert axes.get_aspect() == 1.0
@@ -167,8 +175,10 @@ def test_disc_and_leader_are_to_scale():
 
 
 def test_a_law_without_runs_is_refused():
+    starts = campaign_starts(LAWS[:2], FAMILIES[:1], 5)
+    cells = campaign_cells(starts)
     with pytest.raises(ValueError, match="no run of a law 'nobody'; there are universal, published"):
-        start_map(campaign_starts(LAWS[:2], FAMILIES[:1], 5), "nobody")
+        start_map(starts, cells, "nobody")
 
 
 # -- distributions ----------------------------------------------------------------------------------
@@ -177,7 +187,7 @@ def test_a_law_without_runs_is_refused():
 @pytest.mark.parametrize("count", [40, 3000])
 def test_curves_are_the_distributions_of_settling_times(count):
     starts = campaign_starts(LAWS[:3], FAMILIES[:2], count, share=0.8)
-    figure = settling(starts)
+    figure = settling(starts, campaign_cells(starts))
     for axes, family in zip(figure.axes, FAMILIES[:2], strict=True):
         curves = [line for line in axes.lines if line.get_drawstyle() == "steps-post"]
         assert len(curves) == 3
@@ -192,9 +202,19 @@ def test_curves_are_the_distributions_of_settling_times(count):
 def test_who_is_near_at_the_end_by_chance_has_not_settled():
     starts = campaign_starts(families=FAMILIES[:1], count=50, share=0.5)
     starts.loc[~starts["converged"], "settling_time"] = 79.0
-    (axes,) = settling(starts).axes
+    (axes,) = settling(starts, campaign_cells(starts)).axes
     assert axes.get_xlim()[1] < 60
     assert axes.lines[0].get_ydata()[-1] == pytest.approx(50.0)
+
+
+def test_nine_laws_are_told_apart_in_colour_and_in_grey():
+    labels = tuple(f"law {k}" for k in range(9))
+    starts = campaign_starts(labels, FAMILIES[:1], 20)
+    legend = settling(starts, campaign_cells(starts)).legends[0]
+    lines = legend.get_lines()
+    assert [text.get_text() for text in legend.get_texts()] == list(labels)
+    assert len({to_hex(line.get_color()) for line in lines}) == 9
+    assert len({str(line._unscaled_dash_pattern) for line in lines}) == 9
 
 
 def test_late_errors_show_medians_worst_and_the_lost():
@@ -224,8 +244,8 @@ def test_late_errors_show_medians_worst_and_the_lost():
 
 
 def every_figure(starts: pd.DataFrame, cells: pd.DataFrame) -> list[Figure]:
-    starting = start_map(starts, LAWS[0], {FAMILIES[0]: 3})
-    return [share_map(cells), starting, settling(starts), late_errors(starts, cells)]
+    starting = start_map(starts, cells, LAWS[0], {FAMILIES[0]: 3})
+    return [share_map(cells), starting, settling(starts, cells), late_errors(starts, cells)]
 
 
 @pytest.mark.slow

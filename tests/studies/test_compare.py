@@ -161,7 +161,7 @@ def test_rows_are_what_the_recordings_say(folder: Path, runs: dict[str, Recordin
         distance, heading = np.hypot(error[..., 0], error[..., 1]), np.abs(se2.wrap(error[..., 2]))
         late = run.time.values >= 0.85 * run.time.values[-1] - 1e-9
         gap = (run.pose - run.ideal_pose).values[:, 1:, :2]
-        outside = distance > 0.05 * distance.max(axis=0)
+        outside = (distance > 0.01) | (heading > 0.02)
         settled = run.time.values[np.minimum(len(outside) - outside[::-1].argmax(axis=0), len(outside) - 1)]
         effort = np.sqrt(np.nanmean(run.input.values[:, 1:] ** 2, axis=(0, 1)))
         cut = run.torque_saturation.values[:, 1:].max(axis=-1)

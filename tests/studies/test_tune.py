@@ -10,7 +10,7 @@ import pytest
 
 import tolerances as tol
 from nhtrack import assets
-from nhtrack.analysis.metrics import summary
+from nhtrack.analysis.metrics import limits_of, summary
 from nhtrack.config.edit import EditError, save_law_gains, with_law_gains
 from nhtrack.config.law_sections import law_names
 from nhtrack.config.scenario import Scenario
@@ -95,7 +95,7 @@ def test_figures_of_a_batch_are_those_of_the_summary() -> None:
     names = ("pose", "error", "twist", "input")
     batch = {name: np.stack([recording[name].values] * 2, axis=1) for name in names}
     drive = identify(load_robot("nh_mini"))
-    figures = figures_of(Rollout(recording.time, batch, None), [0, 1], drive, Ground(), 0.7)
+    figures = figures_of(Rollout(recording.time, batch, None), limits_of(recording), [0, 1], drive, Ground(), 0.7)
     follower, robots = told["followers"]["follower"], told["robots"]
     assert figures.late_position[0] * max(
         robots["leader"]["path_length"], follower["initial_position_error"]

@@ -63,11 +63,20 @@ def print_how_laws_run(laws: Iterable[LawSection]) -> None:
             sys.stderr.write(f"warning: law {law.name!r} {runs_as_python(reason)}\n")
 
 
-def make_table(title: str) -> Table:
-    """Returns an empty table in the manner of all results."""
+def make_table(title: str, note: str = "") -> Table:
+    """Returns an empty table in the manner of all results, with a note below it."""
     from rich.table import Table
 
-    return Table(title=title, title_justify="left", title_style="bold", box=None, padding=(0, 1))
+    table = Table(title=title, title_justify="left", title_style="bold", box=None, padding=(0, 1))
+    if note:
+        add_note(table, note)
+    return table
+
+
+def add_note(table: Table, note: str) -> None:
+    """Adds a line below a table."""
+    told = [table.caption, note] if isinstance(table.caption, str) else [note]
+    table.caption, table.caption_justify = "\n".join(told), "left"
 
 
 def show_metres(value: float | None) -> str:

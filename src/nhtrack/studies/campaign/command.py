@@ -59,8 +59,14 @@ def campaign(
 
 def _print(results: Results, console: Console) -> None:
     """Prints a table for each law, and the command that repeats its worst run."""
+    from nhtrack.presentation.shown import within
+    from nhtrack.settling import SettlingLimits
+
+    arrival = results.campaign.arrival
+    near = within(SettlingLimits(arrival.position, arrival.heading))
+    note = f"converged, settled: {near} of its place until the end, at least over the last {arrival.last:g} s"
     for label in results.campaign.laws:
-        table = make_table(f"{label}: {results.campaign.starts.count} starts against each reference")
+        table = make_table(f"{label}: {results.campaign.starts.count} starts against each reference", note)
         for heading in ("reference", "converged", "late", "heading", "settled", "at last", "friction", "switches"):
             table.add_column(heading, justify="left" if heading == "reference" else "right")
         rows: list[dict[str, Any]] = results.cells[results.cells["law"] == label].to_dict("records")

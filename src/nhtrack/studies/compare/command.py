@@ -11,7 +11,16 @@ import typer
 from nhtrack.execution import cores
 from nhtrack.terminal.app import EXIT_DIVERGED, EXIT_INTERRUPTED, app, fail
 from nhtrack.terminal.options import Backend, Changes, Pdf, load_scenario
-from nhtrack.terminal.screen import escape, make_table, progress_bars, screen, show_metres, show_quantity, show_share
+from nhtrack.terminal.screen import (
+    add_note,
+    escape,
+    make_table,
+    progress_bars,
+    screen,
+    show_metres,
+    show_quantity,
+    show_share,
+)
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -98,8 +107,13 @@ def _search(budget: int | None, objective: str | None) -> Search | None:
 
 def _print_comparison(found: Comparison, console: Console) -> None:
     """Prints how the laws did, the gains that were found, what there is to say of it, and where its files are."""
+    from nhtrack.presentation.shown import settled_note
+    from nhtrack.settling import settling_limits
+
     title = f"{found.scenario.name}: the worst follower of each law"
-    console.print(_table(title, found, _TRACKING, outcome=True))
+    tracking = _table(title, found, _TRACKING, outcome=True)
+    add_note(tracking, settled_note(settling_limits(found.scenario.similarity.length)))
+    console.print(tracking)
     console.print(_table("Gap to the ideal twin, and what was asked of wheels", found, _ASKING))
     for label, tuning in found.tunings.items():
         gains = ", ".join(f"{name} {gain:g}" for name, gain in tuning.gains.items())

@@ -12,6 +12,7 @@ import numpy as np
 
 from nhtrack.config.scenario import Scenario
 from nhtrack.recording import Recording
+from nhtrack.settling import settling_limits
 from nhtrack.studies.compare.ranking import Standing, best, standing
 from nhtrack.studies.run.run import Outcome, versions
 from nhtrack.studies.tune.objective import Objective
@@ -108,6 +109,7 @@ class Comparison:
             "name": self.scenario.name,
             "backend": self.scenario.backend,
             "similarity": {"length": similarity.length, "time": similarity.time},
+            "settling_limits": settling_limits(similarity.length)._asdict(),
             "search": None if self.search is None else self._search_tree(self.search),
             "laws": [each.row | self._law_tree(each.label) for each in standings],
             "best": {measure: standings[place].label for measure, place in best(standings).items()},

@@ -187,5 +187,6 @@ def _reported(found: Comparison) -> Comparison:
     film = found.folder / "video.mp4"
     extras = Extras(film if film in found.files else None, found.no_film, json_schema())
     merged = together(found.recordings, room_of(list(found.recordings.values())))
-    page = write(found.tree, found.recordings, merged, found.folder / "report.html", extras)
+    wrong = [(event.start, event.end) for outcome in found.outcomes.values() for event in outcome.events]
+    page = write(found.tree, found.recordings, merged, wrong, found.folder / "report.html", extras)
     return replace(found, files=(*found.files, page))

@@ -11,7 +11,7 @@ from nhtrack.recording import Recording
 from nhtrack.report.data import payload
 from nhtrack.report.page import Page, render_page, write_page
 from nhtrack.report.scenario_listing import meanings, yaml_text
-from nhtrack.report.summary_text import about, tiles, verdicts
+from nhtrack.report.summary_text import about, event_spans, tiles, verdicts
 from nhtrack.report.timed import SCRIPTS, SECTIONS, timed_contents, with_film
 
 _REPEAT = "With the same versions, this repeats the run to the last bit, in the folder of this page:"
@@ -52,7 +52,7 @@ def render(recording: Recording, summary: Mapping[str, Any], extras: Extras | No
 
 def run_page(recording: Recording, summary: Mapping[str, Any], extras: Extras) -> Page:
     """Returns what the page of a run shows. Arguments as `write`."""
-    data, film = with_film(payload(recording), recording, extras.film)
+    data, film = with_film(payload(recording, event_spans(summary)), recording, extras.film)
     outcome, scenario = recording.outcome, recording.scenario.model_dump(mode="json")
     return Page(
         "run.html.j2",

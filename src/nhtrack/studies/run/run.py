@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from nhtrack.analysis.demand import predictions
-from nhtrack.analysis.events import find_events, sentences
+from nhtrack.analysis.events import Event, find_events, sentences
 from nhtrack.analysis.metrics import summary
 from nhtrack.config.scenario import Scenario
 from nhtrack.config.video import Video
@@ -68,6 +68,7 @@ class Outcome:
         recording: the run.
         summary: its figures, see `nhtrack.analysis.metrics.summary`, with the warnings.
         failure: why it ended early, or None.
+        events: what went wrong on wheels.
         folder: where the files are, or None for a run in memory.
         files: the files written, in the order of writing.
         skipped: what was asked for and could not be made, with the reason.
@@ -76,6 +77,7 @@ class Outcome:
     recording: Recording
     summary: dict[str, Any]
     failure: SimulationDiverged | None
+    events: tuple[Event, ...] = ()
     folder: Path | None = None
     files: tuple[Path, ...] = ()
     skipped: tuple[str, ...] = field(default=())
@@ -131,9 +133,9 @@ def simulate(scenario: Scenario, stage: Stage | None = None, folder: Path | None
         simulation = MujocoSimulation(scene, experiment.dt, threads=threads, spec=experiment.scene)
         main = _roll(simulation, experiment, stage, "MuJoCo", folder)
     recording = _recording(scenario, experiment, drive, main, twin, scene)
-    told = [*warnings(scenario, experiment, twin, drive), *sentences(find_events(recording))]
-    figures = summary(recording) | {"warnings": told}
-    return Outcome(recording, figures, main.failure)
+    events = find_events(recording)
+    told = [*warnings(scenario, experiment, twin, drive), *sentences(events)]
+    return Outcome(recording, summary(recording, events) | {"warnings": told}, main.failure, events)
 
 
 def run_scenario(
@@ -176,7 +178,7 @@ def run_scenario(
     if outcome.recording.outcome == "interrupted":
         figures = report = False
     if figures:
-        drawn, reason = _figures(outcome.recording, folder, pdf=pdf)
+        drawn, reason = _figures(outcome, folder, pdf=pdf)
         files += drawn
         skipped += reason
     if video and outcome.recording.outcome == "completed":
@@ -276,12 +278,12 @@ def versions() -> Mapping[str, str]:
     return {"python": platform.python_version()} | {name: importlib.metadata.version(name) for name in names}
 
 
-def _figures(recording: Recording, folder: Path, *, pdf: bool) -> tuple[list[Path], list[str]]:
+def _figures(outcome: Outcome, folder: Path, *, pdf: bool) -> tuple[list[Path], list[str]]:
     """Returns the figures, or the reason why there are none: a run gone wild has numbers that no axis can show."""
     from nhtrack.plots import save_figures
 
     try:
-        return save_figures(recording, folder / "figures", pdf=pdf), []
+        return save_figures(outcome.recording, folder / "figures", pdf=pdf, events=outcome.events), []
     except (ValueError, OverflowError) as error:
         return [], [f"no figures: {error}"]
 

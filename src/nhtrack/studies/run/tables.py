@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any
 
-from nhtrack.terminal.screen import escape, make_table, show_metres, show_quantity, show_share
+from nhtrack.terminal.screen import add_note, escape, make_table, show_metres, show_quantity, show_share
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -31,7 +31,11 @@ def print_outcome(outcome: Outcome, console: Console) -> None:
 
 
 def _followers_table(summary: dict[str, Any]) -> Table:
-    table = make_table(f"{summary['name']}: what each follower makes of its leader")
+    from nhtrack.presentation.shown import settled_note
+    from nhtrack.settling import SettlingLimits
+
+    note = settled_note(SettlingLimits(**summary["settling_limits"]))
+    table = make_table(f"{summary['name']}: what each follower makes of its leader", note)
     for heading in ("follower", "start", "final", "final heading", "late", "late heading", "settled"):
         table.add_column(heading, justify="left" if heading == "follower" else "right")
     for name, figures in _worst(table, summary["followers"], "late_position_error", "largest late errors"):
@@ -68,7 +72,7 @@ def _worst(table: Table, rows: dict[str, Any], figure: str, called: str) -> list
     if len(rows) <= _ROWS:
         return list(rows.items())
     worst = sorted(rows.items(), key=lambda row: math.inf if row[1][figure] is None else row[1][figure], reverse=True)
-    table.caption, table.caption_justify = f"the {called} of {len(rows)}; all are in summary.json", "left"
+    add_note(table, f"the {called} of {len(rows)}; all are in summary.json")
     return worst[:_ROWS]
 
 
@@ -86,7 +90,7 @@ def _events_table(events: list[dict[str, Any]]) -> Table:
             f"{event['measure']} {_how_bad(event)}",
         )
     if len(events) > _ROWS:
-        table.caption, table.caption_justify = f"and {len(events) - _ROWS} more in summary.json", "left"
+        add_note(table, f"and {len(events) - _ROWS} more in summary.json")
     return table
 
 

@@ -10,6 +10,7 @@ import typer
 from nhtrack.terminal.app import app, fail
 from nhtrack.terminal.options import Changes, load_scenario
 from nhtrack.terminal.screen import (
+    add_note,
     escape,
     make_table,
     print_how_laws_run,
@@ -103,6 +104,10 @@ def _print_tuning(found: Tuning, console: Console) -> None:
         ("cost", found.cost_before, found.cost, _plain),
     ):
         table.add_row(meaning, show(old), show(new))
+    from nhtrack.presentation.shown import settled_note
+    from nhtrack.settling import settling_limits
+
+    add_note(table, settled_note(settling_limits(found.scenario.similarity.length)))
     console.print(table)
     console.print(escape(found.account), highlight=False, soft_wrap=True)
 

@@ -26,6 +26,7 @@ from nhtrack.experiment.build import build, make_law
 from nhtrack.experiment.compile import compile_once
 from nhtrack.experiment.loop import Progress
 from nhtrack.robots.diff_drive import DiffDrive
+from nhtrack.settling import settling_limits
 from nhtrack.similarity import Similarity
 from nhtrack.simulation.ideal import IdealSimulation
 from nhtrack.studies.feasibility.run import plant_of, with_time
@@ -315,7 +316,8 @@ class _Trial:
         run.require_whole()  # a robot that runs away is a candidate that is lost, and no failure
         bodies = list(robots_with_wheels(experiment).values())
         margin = scenario.similarity.friction_margin
-        figures = figures_of(run, bodies, self._drive, experiment.scene.ground, margin)
+        limits = settling_limits(experiment.similarity.length)
+        figures = figures_of(run, limits, bodies, self._drive, experiment.scene.ground, margin)
         return Figures(*(np.where(simulation.lost, np.nan, values) for values in figures))
 
 
