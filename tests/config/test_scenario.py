@@ -17,8 +17,8 @@ from hypothesis import strategies as st
 from pydantic import ValidationError
 
 from nhtrack import assets
+from nhtrack.config.changes import apply_overrides
 from nhtrack.config.documentation import COMMAND, campaign_page, json_schema, scenario_page
-from nhtrack.config.load import apply_overrides
 from nhtrack.config.schema import Scenario, Segment, SignalInput, TableInput
 from nhtrack.config.tree import dotted, lookup, parse_path, parse_yaml
 from nhtrack.errors import ScenarioError

@@ -10,8 +10,9 @@ import pytest
 
 from nhtrack import gl
 from nhtrack.experiment.load import load
+from nhtrack.files.folder import OutputError
 from nhtrack.studies.run import run as study
-from nhtrack.studies.run.run import OutputError, run_scenario, simulate
+from nhtrack.studies.run.run import run_scenario, simulate
 
 IDEAL = ["backend=ideal", "duration=0.5"]
 

@@ -6,7 +6,7 @@ have nothing to say of a run is None.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from matplotlib.figure import Figure
@@ -18,7 +18,7 @@ from nhtrack.plots.series import errors, gap, inputs, slip
 from nhtrack.plots.style import column_styled
 from nhtrack.recording import Recording
 
-__all__ = ["FIGURES", "communication", "errors", "gap", "inputs", "save_figures", "slip", "trajectories"]
+__all__ = ["FIGURES", "communication", "errors", "gap", "inputs", "save_drawn", "save_figures", "slip", "trajectories"]
 
 FIGURES: dict[str, Callable[[Recording], Figure | None]] = {
     "trajectories": trajectories,
@@ -30,7 +30,6 @@ FIGURES: dict[str, Callable[[Recording], Figure | None]] = {
 }
 
 
-@column_styled
 def save_figures(recording: Recording, folder: Path, *, pdf: bool = False) -> list[Path]:
     """Writes every figure that says something; each file appears only once it is whole.
 
@@ -47,5 +46,14 @@ def save_figures(recording: Recording, folder: Path, *, pdf: bool = False) -> li
     for name, draw in FIGURES.items():
         figure = draw(recording)
         if figure is not None:
-            written += save_figure(figure, folder / name, pdf=pdf, title=f"{recording.name}: {name}")
+            written += save_drawn(recording.name, {name: figure}, folder, pdf=pdf)
+    return written
+
+
+@column_styled
+def save_drawn(run: str, figures: Mapping[str, Figure], folder: Path, *, pdf: bool = False) -> list[Path]:
+    """Writes figures of a run, by their names; see `save_figures`."""
+    written = []
+    for name, figure in figures.items():
+        written += save_figure(figure, folder / name, pdf=pdf, title=f"{run}: {name}")
     return written

@@ -10,9 +10,11 @@ from typing import TYPE_CHECKING, Literal
 from nhtrack.errors import RecordingError
 from nhtrack.experiment.load import load
 from nhtrack.files.atomic import atomic_path
+from nhtrack.files.folder import OutputError
 from nhtrack.recording import Recording
 from nhtrack.studies.paper.examples import EXAMPLES, Example, ExampleError, PaperFigure, Runs, examples_of
-from nhtrack.studies.run.run import OutputError, Stage, simulate
+from nhtrack.studies.run.run import simulate
+from nhtrack.terminal.progress import Stage
 
 if TYPE_CHECKING:
     from nhtrack.experiment.loop import Progress
