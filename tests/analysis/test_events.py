@@ -29,7 +29,8 @@ from nhtrack.analysis.events import (
 from nhtrack.analysis.metrics import summary
 from nhtrack.experiment.load import load
 from nhtrack.recording import Recording, make_recording
-from nhtrack.studies.run.run import Outcome, simulate
+from nhtrack.studies.run.result import Outcome
+from nhtrack.studies.run.run import simulate
 from nhtrack.studies.run.tables import print_outcome
 from recordings import synthetic_recording
 

@@ -16,9 +16,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from nhtrack import assets
+from nhtrack.config.changes import apply_overrides
 from nhtrack.config.documentation import COMMAND, campaign_page, json_schema, scenario_page
 from nhtrack.config.input import Segment, SignalInput, TableInput
-from nhtrack.config.overrides import apply_overrides
 from nhtrack.config.scenario import Scenario
 from nhtrack.config.tree import dotted, lookup, parse_path, parse_yaml
 from nhtrack.errors import ScenarioError

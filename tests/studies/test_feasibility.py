@@ -33,7 +33,8 @@ from nhtrack.ground import Ground
 from nhtrack.robots.diff_drive import DiffDrive, identify
 from nhtrack.simulation.ideal import IdealSimulation
 from nhtrack.simulation.scene import load_robot
-from nhtrack.studies.feasibility.run import Feasibility, feasibility, fitting_time, ideal_motion, with_time
+from nhtrack.studies.feasibility.result import Feasibility
+from nhtrack.studies.feasibility.run import feasibility, fitting_time, ideal_motion, with_time
 from nhtrack.studies.run.run import simulate
 
 CASE = """

@@ -12,10 +12,11 @@ from nhtrack import gl, plots
 from nhtrack.analysis import metrics
 from nhtrack.analysis.events import Event
 from nhtrack.experiment.load import load
+from nhtrack.files.folder import OutputError
 from nhtrack.plots import series
 from nhtrack.recording import Recording
 from nhtrack.studies.run import run as study
-from nhtrack.studies.run.run import OutputError, run_scenario, simulate
+from nhtrack.studies.run.run import run_scenario, simulate
 
 IDEAL = ["backend=ideal", "duration=0.5"]
 

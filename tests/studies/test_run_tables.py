@@ -7,7 +7,8 @@ from typing import Any
 import pytest
 from rich.console import Console
 
-from nhtrack.studies.run.tables import _followers_table
+from nhtrack.studies.run.tables import followers_table
+from nhtrack.terminal.screen import rich_table
 
 FIGURES = (
     "initial_position_error", "final_position_error", "final_heading_error", "late_position_error",
@@ -23,7 +24,7 @@ def printed(errors: dict[str, float | None]) -> list[str]:
     }
     console = Console(width=130)
     with console.capture() as screen:
-        console.print(_followers_table(summary))
+        console.print(rich_table(followers_table(summary)))
     return [line.split()[0] for line in screen.get().splitlines()[2:] if line.strip()]
 
 

@@ -12,10 +12,10 @@ from pydantic import ValidationError
 
 from nhtrack import assets
 from nhtrack.config.campaign import Campaign, campaign_findings
+from nhtrack.config.changes import apply_overrides, parse_override
 from nhtrack.config.checks import Checks, Finding, findings, is_robot_file, no_checks
 from nhtrack.config.csv_table import read_table
 from nhtrack.config.messages import shape_faults
-from nhtrack.config.overrides import apply_overrides, parse_override
 from nhtrack.config.scenario import Scenario
 from nhtrack.config.tree import Document, Path, ancestors, dotted, lookup, parse_yaml
 from nhtrack.errors import Fault, ScenarioError, did_you_mean
@@ -165,12 +165,11 @@ class Loader:
 
 def _placed(path: Path, message: str, document: Document, changed: Mapping[Path, str]) -> Fault:
     """Returns the fault of a path, placed at its key or the nearest above it, or on the command line."""
-    for here in ancestors(path):
-        if here in changed:
-            return Fault(0, 0, dotted(path), f"{message} (from --set {changed[here]})")
-        if here in document.positions:
-            return Fault(*document.positions[here], dotted(path), message)
-    return Fault(0, 0, dotted(path), message)
+    brought = next((changed[here] for here in ancestors(path) if here in changed), None)
+    if brought is not None:
+        return Fault(0, 0, dotted(path), f"{message} (from --set {brought})")
+    place = next((document.positions[here] for here in ancestors(path) if here in document.positions), (0, 0))
+    return Fault(*place, dotted(path), message)
 
 
 def _resolve(tree: Any, directory: FilePath, problems: list[tuple[Path, str]]) -> Any:

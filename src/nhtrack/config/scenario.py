@@ -10,6 +10,7 @@ metres and seconds. Angles are radians everywhere.
 
 from __future__ import annotations
 
+from importlib import import_module
 from typing import Annotated, Literal
 
 from pydantic import Field
@@ -72,6 +73,10 @@ class Scenario(Section):
     law: Law = Field(description="the law every follower obeys, with gains in scenario units")
     record: Record = Field(default=Record(), description="what of the run is kept")
     video: Video = Field(default=Video(), description="how the film of the run is made")
+
+    def _repr_html_(self) -> str:
+        """Returns what a notebook shows of the scenario; what draws it stands in a room above, found by its name."""
+        return str(import_module("nhtrack.studies.run.scenario_view").scenario_html(self))
 
     @property
     def periods(self) -> int:

@@ -44,6 +44,16 @@ def claimed_folder(name: str, out: Path | None, overwrite: bool) -> Iterator[Pat
         raise
 
 
+def require_free(file: Path, overwrite: bool) -> None:
+    """Raises, before any work is done, where a file must not be replaced after it.
+
+    Raises:
+        OutputError: it exists, and `overwrite` does not allow it to be replaced.
+    """
+    if file.exists() and not overwrite:
+        raise OutputError(f"{file} exists; choose another --out, or --force to replace it")
+
+
 def fresh_folder(name: str) -> Path:
     """Makes and returns `runs/<name>-<n>` with the first free n; two runs at once get two folders."""
     parent = Path("runs")

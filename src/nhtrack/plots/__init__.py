@@ -6,7 +6,7 @@ have nothing to say of a run is None.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 
 from matplotlib.figure import Figure
@@ -19,7 +19,18 @@ from nhtrack.plots.series import errors, gap, inputs, slip
 from nhtrack.plots.style import column_styled
 from nhtrack.recording import Recording
 
-__all__ = ["FIGURES", "communication", "errors", "gap", "inputs", "save_figures", "slip", "trajectories"]
+__all__ = [
+    "FIGURES",
+    "communication",
+    "draw_figures",
+    "errors",
+    "gap",
+    "inputs",
+    "save_drawn",
+    "save_figures",
+    "slip",
+    "trajectories",
+]
 
 FIGURES: dict[str, Callable[..., Figure | None]] = {
     "trajectories": trajectories,
@@ -32,7 +43,6 @@ FIGURES: dict[str, Callable[..., Figure | None]] = {
 _MARKED = ("errors", "slip", "gap")  # those that mark events
 
 
-@column_styled
 def save_figures(
     recording: Recording, folder: Path, *, pdf: bool = False, events: Sequence[Event] | None = None
 ) -> list[Path]:
@@ -48,9 +58,28 @@ def save_figures(
         The files, in the order of `FIGURES`, PNG before PDF; without those that have nothing to say of the run, as
         the gap of one that is its own ideal twin.
     """
-    found, written = find_events(recording) if events is None else events, []
-    for name, draw in FIGURES.items():
+    written = []
+    for name, figure in draw_figures(recording, FIGURES, events):
+        written += save_drawn(recording.name, {name: figure}, folder, pdf=pdf)
+    return written
+
+
+def draw_figures(
+    recording: Recording, names: Iterable[str], events: Sequence[Event] | None = None
+) -> Iterator[tuple[str, Figure]]:
+    """Yields those of the named figures that have something to say of a run, with their names; see `save_figures`."""
+    found = find_events(recording) if events is None else events
+    for name in names:
+        draw = FIGURES[name]
         figure = draw(recording, found) if name in _MARKED else draw(recording)
         if figure is not None:
-            written += save_figure(figure, folder / name, pdf=pdf, title=f"{recording.name}: {name}")
+            yield name, figure
+
+
+@column_styled
+def save_drawn(run: str, figures: Mapping[str, Figure], folder: Path, *, pdf: bool = False) -> list[Path]:
+    """Writes figures of a run, by their names; see `save_figures`."""
+    written = []
+    for name, figure in figures.items():
+        written += save_figure(figure, folder / name, pdf=pdf, title=f"{run}: {name}")
     return written

@@ -10,6 +10,7 @@ import json
 import math
 from collections.abc import Mapping
 from functools import cached_property
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -87,6 +88,10 @@ class Recording:
         """Returns a one-line account of the run."""
         last = float(self.time[-1]) if self.time.size else 0.0
         return f"Recording({self.name!r}, {len(self.robots)} robots, {last:.4g} s, backend={self.backend!r})"
+
+    def _repr_html_(self) -> str:
+        """Returns what a notebook shows of the run; what draws it stands in a room above, and is found by its name."""
+        return str(import_module("nhtrack.studies.run.view").recording_html(self))
 
     @property
     def time(self) -> np.ndarray:

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import replace
 from itertools import product
 from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
@@ -13,25 +13,28 @@ import numpy as np
 import pandas as pd
 
 from nhtrack.config.campaign import Campaign
-from nhtrack.config.documentation import json_schema
+from nhtrack.config.changes import overrides_of
 from nhtrack.config.edit import scenario_text
 from nhtrack.config.similarity_section import SimilaritySection
 from nhtrack.errors import NhtrackError
 from nhtrack.execution import Processes
 from nhtrack.experiment.build import Experiment
 from nhtrack.experiment.compile import compile_once
+from nhtrack.experiment.load import load_campaign
 from nhtrack.experiment.loop import Progress
 from nhtrack.files.atomic import atomic_path
-from nhtrack.files.folder import is_used
+from nhtrack.files.folder import is_used, save_json
 from nhtrack.simulation.ideal import IdealSimulation
 from nhtrack.simulation.mujoco import MujocoSimulation, stepped_scene
 from nhtrack.simulation.scene import reduced_models
 from nhtrack.studies.campaign.cell import Cell
 from nhtrack.studies.campaign.outcomes import figures_of, statistics_of
+from nhtrack.studies.campaign.result import CampaignResults, write_report
 from nhtrack.studies.campaign.tables import cells_of, rows_of, save_cells, save_runs, worst_first
 from nhtrack.studies.feasibility.run import fitting_time
-from nhtrack.studies.run.run import save_json, versions
-from nhtrack.studies.tune.run import tune
+from nhtrack.studies.run.run import versions
+from nhtrack.studies.tune.run import find_gains
+from nhtrack.terminal.progress import Observer, Stage, shown_progress
 
 PART = {"ideal": 1000, "mujoco": 250}  # starts in a part: few enough for the caches, and to lose little when stopped
 
@@ -55,32 +58,59 @@ class Part(NamedTuple):
     path: Path
 
 
-@dataclass(frozen=True)
-class Results:
-    """What a campaign left behind.
+def campaign(
+    source: str | Path | Campaign,
+    *,
+    out: str | Path | None = None,
+    set: Mapping[str, Any] | Iterable[str] = (),
+    tuned_by: str | Path | None = None,
+    processes: int | None = None,
+    figures: bool = False,
+    pdf: bool = False,
+    report: bool = False,
+    progress: bool | Observer | None = None,
+) -> CampaignResults:
+    """Returns what came of laws against references from many random starts; stopped, the same call goes on.
 
-    Attributes:
-        campaign: with its time scale as a number.
-        runs: a row for every run, see `nhtrack.studies.campaign.tables.COLUMNS`.
-        cells: a row for every law and family.
-        worst: the scenario file of the worst run of each law, by label.
-        files: the tables written.
+    Args:
+        source: a bundled name (`campaign/small`), a campaign file, or a loaded campaign.
+        out: results folder; by default `runs/campaign-<name>`.
+        set: changes of its keys, `{"starts.count": 100}` or `["starts.count=100"]`; not of a loaded campaign.
+        tuned_by: folder of a campaign whose gains are taken.
+        processes: how many at once, one for each core by default; a script that asks for more than one needs
+            `if __name__ == "__main__":`.
+        figures: whether to draw figures into the folder.
+        pdf: whether to draw them for print.
+        report: whether to write the report.
+        progress: as in `nhtrack.run`.
+
+    Raises:
+        ScenarioError: everything wrong with the campaign and its changes.
+        CampaignError: the folder holds another campaign, or what was tuned is not the same.
+        FeasibilityError: `time: auto`, and no time scale fits.
+        TuningError: a law to be tuned has no ranges.
     """
+    loaded = source if isinstance(source, Campaign) else load_campaign(source, overrides_of(set=set))
+    folder = Path("runs") / f"campaign-{loaded.name}" if out is None else Path(out)
+    with shown_progress(progress) as stage:
+        results = run_campaign(loaded, folder, stage, processes, None if tuned_by is None else Path(tuned_by))
+    written = list(results.files)
+    if figures:
+        from nhtrack.studies.campaign.plots import save_campaign_figures
 
-    campaign: Campaign
-    runs: pd.DataFrame
-    cells: pd.DataFrame
-    worst: Mapping[str, Path]
-    files: tuple[Path, ...]
+        written += save_campaign_figures(results.runs, results.cells, folder / "figures", pdf=pdf)
+    if report:
+        written.append(write_report(results))
+    return replace(results, files=tuple(written))
 
 
 def run_campaign(
     campaign: Campaign,
     folder: Path,
-    stage: Callable[[str], Progress] | None = None,
+    stage: Stage | None = None,
     processes: int | None = None,
     tuned_by: Path | None = None,
-) -> Results:
+) -> CampaignResults:
     """Runs a campaign into a folder; what is there of it already is kept.
 
     The folder gets `campaign.json` (what was asked for, and versions), `tuning/` (gains found), `parts/` (rows of some
@@ -112,23 +142,7 @@ def run_campaign(
     limits = {"position_limit": arrival.position, "heading_limit": arrival.heading}
     table = cells_of(runs, gains, backend=campaign.backend, **limits)
     files = (save_runs(runs, folder / "runs.parquet"), save_cells(table, folder / "cells.csv"))
-    return Results(campaign, runs, table, _worst(cells, runs, folder / "worst"), files)
-
-
-def write_report(results: Results, folder: Path) -> Path:
-    """Writes the report of a campaign into its folder.
-
-    Args:
-        results: of `run_campaign`.
-        folder: that it was run into.
-    """
-    from nhtrack.studies.campaign.report import Account, write
-
-    versions_then = json.loads((folder / "campaign.json").read_text())["versions"]
-    worst = {label: path.relative_to(folder).as_posix() for label, path in results.worst.items()}
-    tree = results.campaign.model_dump(mode="json")
-    account = Account(tree, versions_then, worst, json_schema(Campaign))
-    return write(results.runs, results.cells, account, folder / "report.html")
+    return CampaignResults(campaign, runs, table, _worst(cells, runs, folder / "worst"), folder, files)
 
 
 def run_part(part: Part) -> None:
@@ -264,7 +278,7 @@ def _search(search: _Search) -> None:
     assert tuning is not None  # else nothing is searched
     starts = campaign.starts.model_copy(update={"count": tuning.starts, "seed": tuning.seed, "special": 0.0})
     cell = Cell(campaign.model_copy(update={"starts": starts, "backend": "ideal"}), search.label, search.family)
-    found = tune(cell.scenario(*range(tuning.starts)), None, tuning.budget, tuning.seed, below_bound=True)
+    found = find_gains(cell.scenario(*range(tuning.starts)), None, tuning.budget, tuning.seed, below_bound=True)
     save_json(search.path, {"gains": found.gains, "account": found.account, "leaves": found.leaves})
 
 

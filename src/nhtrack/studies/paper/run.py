@@ -13,7 +13,8 @@ from nhtrack.files.folder import require_unused
 from nhtrack.recording import Recording
 from nhtrack.studies.paper.examples import Example
 from nhtrack.studies.paper.result import ExampleRuns
-from nhtrack.studies.run.run import Stage, simulate
+from nhtrack.studies.run.run import simulate
+from nhtrack.terminal.progress import Stage
 
 if TYPE_CHECKING:
     from nhtrack.experiment.loop import Progress
