@@ -10,7 +10,6 @@ metres and seconds. Angles are radians everywhere.
 
 from __future__ import annotations
 
-from importlib import import_module
 from typing import Annotated, Literal
 
 from pydantic import Field
@@ -22,6 +21,7 @@ from nhtrack.config.similarity_section import SimilaritySection
 from nhtrack.config.values import Backend, RunName
 from nhtrack.config.video import Video
 from nhtrack.section import Section
+from nhtrack.views import drawn_by
 
 
 class Record(Section):
@@ -75,8 +75,8 @@ class Scenario(Section):
     video: Video = Field(default=Video(), description="how the film of the run is made")
 
     def _repr_html_(self) -> str:
-        """Returns what a notebook shows of the scenario; what draws it stands in a room above, found by its name."""
-        return str(import_module("nhtrack.studies.run.scenario_view").scenario_html(self))
+        """Returns what a notebook shows of the scenario."""
+        return drawn_by("nhtrack.studies.run.scenario_view.scenario_html", self)
 
     @property
     def periods(self) -> int:

@@ -10,7 +10,6 @@ import json
 import math
 from collections.abc import Mapping
 from functools import cached_property
-from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -20,6 +19,7 @@ from nhtrack.errors import RecordingError
 from nhtrack.files.atomic import atomic_path
 from nhtrack.recording.variables import COMPONENTS, VARIABLES
 from nhtrack.simulation.spec import SceneSpec
+from nhtrack.views import drawn_by
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -90,8 +90,8 @@ class Recording:
         return f"Recording({self.name!r}, {len(self.robots)} robots, {last:.4g} s, backend={self.backend!r})"
 
     def _repr_html_(self) -> str:
-        """Returns what a notebook shows of the run; what draws it stands in a room above, and is found by its name."""
-        return str(import_module("nhtrack.studies.run.view").recording_html(self))
+        """Returns what a notebook shows of the run."""
+        return drawn_by("nhtrack.studies.run.view.recording_html", self)
 
     @property
     def time(self) -> np.ndarray:

@@ -11,6 +11,7 @@ import pandas as pd
 
 from nhtrack.config.campaign import Campaign
 from nhtrack.config.documentation import json_schema
+from nhtrack.views import drawn_by
 
 
 @dataclass(frozen=True, repr=False)
@@ -39,9 +40,7 @@ class CampaignResults:
 
     def _repr_html_(self) -> str:
         """Returns what a notebook shows: the shares that arrive, with their intervals, and a drawing of them."""
-        from nhtrack.studies.campaign.view import campaign_html
-
-        return campaign_html(self)
+        return drawn_by("nhtrack.studies.campaign.view.campaign_html", self)
 
 
 def write_report(results: CampaignResults) -> Path:

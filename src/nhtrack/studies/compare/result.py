@@ -20,6 +20,7 @@ from nhtrack.studies.tune.box import require_budget
 from nhtrack.studies.tune.objective import Objective, ObjectiveError
 from nhtrack.studies.tune.result import Tuning
 from nhtrack.video.together import Room
+from nhtrack.views import drawn_by
 
 _LEAST = 0.5  # [m] shown around a leader that stands and whose followers begin beside it
 
@@ -142,9 +143,7 @@ class Comparison:
 
     def _repr_html_(self) -> str:
         """Returns what a notebook shows: how the laws did, and all of them in one drawing."""
-        from nhtrack.studies.compare.view import comparison_html
-
-        return comparison_html(self)
+        return drawn_by("nhtrack.studies.compare.view.comparison_html", self)
 
     def _search_tree(self, search: Search) -> dict[str, Any]:
         return {"objective": str(search.objective), "budget": search.budget, "seed": self.scenario.seed}

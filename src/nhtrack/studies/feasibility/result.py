@@ -8,6 +8,7 @@ from typing import Any
 
 from nhtrack.analysis.demand import Binding, Demand
 from nhtrack.config.scenario import Scenario
+from nhtrack.views import drawn_by
 
 
 @dataclass(frozen=True, repr=False)
@@ -69,9 +70,7 @@ class Feasibility:
 
     def _repr_html_(self) -> str:
         """Returns what a notebook shows: the verdict, and the table."""
-        from nhtrack.studies.feasibility.tables import feasibility_html
-
-        return feasibility_html(self)
+        return drawn_by("nhtrack.studies.feasibility.tables.feasibility_html", self)
 
 
 def _finite(value: Any) -> Any:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 from nhtrack.analysis.events import Event
 from nhtrack.errors import SimulationDiverged
 from nhtrack.recording import Recording
+from nhtrack.views import drawn_by
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -51,9 +52,7 @@ class Outcome:
 
     def _repr_html_(self) -> str:
         """Returns what a notebook shows: pictures of the run, its paths and errors, its figures in tables."""
-        from nhtrack.studies.run.view import run_html
-
-        return run_html(self.recording, self.summary, self.events)
+        return drawn_by("nhtrack.studies.run.view.outcome_html", self)
 
 
 class DivergedError(SimulationDiverged):

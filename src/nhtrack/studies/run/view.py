@@ -13,7 +13,13 @@ from nhtrack.presentation.notebook import NotebookView, PageImage, drawing, html
 from nhtrack.presentation.numbers import seconds
 from nhtrack.recording import Recording
 from nhtrack.report.summary_text import about, tiles, verdicts
+from nhtrack.studies.run.result import Outcome
 from nhtrack.studies.run.tables import run_tables
+
+
+def outcome_html(outcome: Outcome) -> str:
+    """Returns what a notebook shows of a run that has just been done."""
+    return run_html(outcome.recording, outcome.summary, outcome.events)
 
 
 def recording_html(recording: Recording) -> str:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from nhtrack.config.scenario import Scenario
 from nhtrack.studies.tune.objective import Objective, RunFigures
+from nhtrack.views import drawn_by
 
 
 @dataclass(frozen=True)
@@ -82,6 +83,4 @@ class Tuning:
 
     def _repr_html_(self) -> str:
         """Returns what a notebook shows: gains and what they leave, before and after."""
-        from nhtrack.studies.tune.tables import tuning_html
-
-        return tuning_html(self)
+        return drawn_by("nhtrack.studies.tune.tables.tuning_html", self)
