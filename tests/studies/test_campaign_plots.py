@@ -199,14 +199,6 @@ def test_curves_are_the_distributions_of_settling_times(count):
             assert axes.get_xlim()[1] == curve.get_xdata()[-1] >= np.nanmax(own)
 
 
-def test_who_is_near_at_the_end_by_chance_has_not_settled():
-    starts = campaign_starts(families=FAMILIES[:1], count=50, share=0.5)
-    starts.loc[~starts["converged"], "settling_time"] = 79.0
-    (axes,) = settling(starts, campaign_cells(starts)).axes
-    assert axes.get_xlim()[1] < 60
-    assert axes.lines[0].get_ydata()[-1] == pytest.approx(50.0)
-
-
 def test_nine_laws_are_told_apart_in_colour_and_in_grey():
     labels = tuple(f"law {k}" for k in range(9))
     starts = campaign_starts(labels, FAMILIES[:1], 20)

@@ -23,7 +23,7 @@ from nhtrack.robots.diff_drive import identify
 from nhtrack.similarity import Similarity
 from nhtrack.simulation.scene import load_robot
 from nhtrack.studies.run.run import simulate
-from nhtrack.studies.tune.box import Box, ranges_of
+from nhtrack.studies.tune.box import SearchBox, ranges_of
 from nhtrack.studies.tune.objective import Figures, Objective, ObjectiveError, figures_of
 from nhtrack.studies.tune.result import Tuning
 from nhtrack.studies.tune.run import tune
@@ -159,7 +159,7 @@ def test_good_gains_below_the_bounds_are_not_kept_unless_told() -> None:
 
 
 def test_later_generations_gather_around_the_best() -> None:
-    box = Box.of(case(), seed=0, below_bound=True)
+    box = SearchBox.of(case(), seed=0, below_bound=True)
     everywhere, best = np.log(box.spread(64)), np.array([2.0, 4.0, 0.5, 6.0])
     near = np.log(box.around(np.tile(best, (8, 1)), 64))
     assert np.all(np.abs(near - np.log(best)) < 0.3)
@@ -210,14 +210,14 @@ def test_universal_is_tuned_too() -> None:
 def test_ranges_of_lengths_go_with_the_size_of_the_experiment() -> None:
     """The case's leader covers 1 + 8 m in 10 s; ten times as far in lengths of a tenth is the same experiment."""
     law = "law={name: kanayama, k_y: 4, k_theta: 4}"
-    box = Box.of(case(law), seed=0, below_bound=True)
+    box = SearchBox.of(case(law), seed=0, below_bound=True)
     low = dict(zip(box.names, np.exp(box._low), strict=True))
     assert low == pytest.approx({"k_x": 0.6, "k_y": 9 / 9**2, "k_theta": 6 / 9, "k_inner": 0.6}, rel=tol.HAND)
     longer = case(law, 'leader.input.u_x="where(t < 2, 5, 0)"', "followers[0].start.pose=[-30, 20, 0.5]")
-    ten = Box.of(longer, seed=0, below_bound=True)
+    ten = SearchBox.of(longer, seed=0, below_bound=True)
     np.testing.assert_allclose(ten._high - box._high, np.log([1, 1 / 100, 1 / 10, 1]), atol=tol.HAND)
     far = case(law, "leader.input.u_x=0", "followers[0].start.pose=[-30, 40, 0.5]")
-    assert np.exp(Box.of(far, seed=0, below_bound=True)._low[2]) == pytest.approx(6 / 50, rel=tol.HAND)
+    assert np.exp(SearchBox.of(far, seed=0, below_bound=True)._low[2]) == pytest.approx(6 / 50, rel=tol.HAND)
 
 
 # -- gains in files ---------------------------------------------------------------------------------

@@ -43,7 +43,7 @@ class CampaignResults:
         return drawn_by("nhtrack.studies.campaign.view.campaign_html", self)
 
 
-def write_report(results: CampaignResults) -> Path:
+def write_campaign_report(results: CampaignResults) -> Path:
     """Writes the report of a campaign into its folder."""
     from nhtrack.studies.campaign.report import Account, write
 

@@ -29,7 +29,7 @@ from nhtrack.simulation.mujoco import MujocoSimulation, stepped_scene
 from nhtrack.simulation.scene import reduced_models
 from nhtrack.studies.campaign.cell import Cell
 from nhtrack.studies.campaign.outcomes import figures_of, statistics_of
-from nhtrack.studies.campaign.result import CampaignResults, write_report
+from nhtrack.studies.campaign.result import CampaignResults, write_campaign_report
 from nhtrack.studies.campaign.tables import cells_of, rows_of, save_cells, save_runs, worst_first
 from nhtrack.studies.feasibility.run import fitting_time
 from nhtrack.studies.run.run import versions
@@ -100,7 +100,7 @@ def campaign(
 
         written += save_campaign_figures(results.runs, results.cells, folder / "figures", pdf=pdf)
     if report:
-        written.append(write_report(results))
+        written.append(write_campaign_report(results))
     return replace(results, files=tuple(written))
 
 

@@ -43,7 +43,7 @@ def make_film(
         return [], [f"no video: {error}"]
 
 
-def write_report(outcome: Outcome, folder: Path, skipped: Sequence[str]) -> Path:
+def write_run_report(outcome: Outcome, folder: Path, skipped: Sequence[str]) -> Path:
     """Returns the report of a run, with the film in it if the folder has one."""
     from nhtrack.config.documentation import json_schema
     from nhtrack.studies.run.report import Extras, write

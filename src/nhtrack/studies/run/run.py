@@ -34,7 +34,7 @@ from nhtrack.simulation.ideal import IdealSimulation
 from nhtrack.simulation.mujoco import MujocoSimulation, stepped_scene
 from nhtrack.simulation.scene import Scene
 from nhtrack.studies.feasibility.run import plant_of, with_time
-from nhtrack.studies.run.files import make_film, save_run_figures, write_report
+from nhtrack.studies.run.files import make_film, save_run_figures, write_run_report
 from nhtrack.studies.run.result import DivergedError, Outcome
 from nhtrack.terminal.progress import Observer, Stage, shown_progress
 
@@ -180,7 +180,7 @@ def run_scenario(
         files += film
         skipped += reason
     if report:
-        files.append(write_report(outcome, folder, skipped))
+        files.append(write_run_report(outcome, folder, skipped))
     return replace(outcome, folder=folder, files=tuple(files), skipped=tuple(skipped))
 
 

@@ -65,7 +65,7 @@ def ranges_of(law: LawSection) -> dict[str, Range]:
     return found
 
 
-class Box:
+class SearchBox:
     """The gains that are searched, and where candidates come from."""
 
     def __init__(self, scenario: Scenario, names: tuple[str, ...], limits: Array, seed: int, below_bound: bool) -> None:
@@ -75,7 +75,7 @@ class Box:
         self._random = np.random.default_rng(seed)
 
     @classmethod
-    def of(cls, scenario: Scenario, seed: int, below_bound: bool) -> Box:
+    def of(cls, scenario: Scenario, seed: int, below_bound: bool) -> SearchBox:
         """Returns the box of a scenario's law."""
         ranges, size = ranges_of(scenario.law), _size(scenario)
         if not ranges:

@@ -21,7 +21,7 @@ from nhtrack.experiment.compile import compile_once
 from nhtrack.experiment.loop import Progress
 from nhtrack.recording.source import Source, load
 from nhtrack.studies.feasibility.run import plant_of, with_time
-from nhtrack.studies.tune.box import Box, TuningError, by_name, require_budget
+from nhtrack.studies.tune.box import SearchBox, TuningError, by_name, require_budget
 from nhtrack.studies.tune.objective import Objective
 from nhtrack.studies.tune.result import Generation, Tuning
 from nhtrack.studies.tune.save import refuse_existing, save_gains
@@ -100,7 +100,7 @@ def find_gains(
     objective = objective or Objective(late=1.0)
     compile_once(stage)
     scenario = with_time(scenario, stage("time scale") if stage is not None else None)
-    box = Box.of(scenario, seed, below_bound)
+    box = SearchBox.of(scenario, seed, below_bound)
     trial = Trial(scenario, box.names, objective, plant_of(scenario))
     report = stage("tuning") if stage is not None else lambda done, total: None
     found, costs, history = _search(trial, box, budget, report)
@@ -127,7 +127,7 @@ def find_gains(
     )
 
 
-def _search(trial: Trial, box: Box, budget: int, report: Progress) -> tuple[Array, Array, list[Generation]]:
+def _search(trial: Trial, box: SearchBox, budget: int, report: Progress) -> tuple[Array, Array, list[Generation]]:
     """Returns all candidates tried, shape (budget, d), their costs, shape (budget,), and the generations."""
     later = [budget // 2 // _GENERATIONS] * _GENERATIONS if budget >= 8 * _GENERATIONS else []
     first = budget - sum(later)
