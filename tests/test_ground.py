@@ -72,8 +72,6 @@ class TestFriction:
             assert found[index] in (1.0, 0.1, 0.05)
 
     def test_without_patches_it_is_uniform(self) -> None:
-        assert Ground(0.7).is_uniform
-        assert not Ground(0.7, (DISC,)).is_uniform
         np.testing.assert_array_equal(Ground(0.7).friction_at(np.zeros((3, 2, 2))), np.full((3, 2), 0.7))
 
     @given(st.floats(0.01, 1), st.floats(-4, 4), st.floats(-4, 4))

@@ -169,7 +169,7 @@ def test_a_table_of_another_kind_is_refused(times: tuple[float, ...], values: tu
 
 
 def test_a_reference_pairs_two_signals() -> None:
-    sampled = Reference.from_expressions(10, "0.15*cos(0.4*t)").sample(TIMES)
+    sampled = Reference(Expression("10"), Expression("0.15*cos(0.4*t)")).sample(TIMES)
     assert sampled.shape == (101, 2)
     np.testing.assert_allclose(sampled, np.stack([np.full(101, 10.0), 0.15 * np.cos(0.4 * TIMES)], -1), rtol=tol.HAND)
-    assert Reference.from_expressions(0, "t").sample(np.empty(0)).shape == (0, 2)
+    assert Reference(Expression("0"), Expression("t")).sample(np.empty(0)).shape == (0, 2)

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from nhtrack.references.contract import Signal
-from nhtrack.references.expression import make_signal
 from nhtrack.references.table import Interpolation, Table
 
 
@@ -32,11 +31,6 @@ class Reference:
         """
         times = np.asarray(t, dtype=np.float64)
         return np.stack([self.u_x(times), self.u_theta(times)], axis=-1)
-
-    @classmethod
-    def from_expressions(cls, u_x: float | str, u_theta: float | str) -> Reference:
-        """Returns the reference of two numbers or formulas in t."""
-        return cls(make_signal(u_x), make_signal(u_theta))
 
     @classmethod
     def from_table(
