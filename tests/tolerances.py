@@ -1,6 +1,5 @@
 """Physical budgets and shared tolerances of the suite, each with its reason.
 
-
 A tolerance is a budget: lowered when the code gets better, never raised to make a test pass.
 """
 
