@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from angles import ANY_ANGLES
 from nhtrack.ground import GRAVITY, LEVEL, Ground, Patch
-from strategies import any_angles
 from tolerances import EPS, HAND
 
 # Sums and products of a handful of terms of the size of gravity.
@@ -42,7 +42,7 @@ class TestPatch:
         assert not covers(DISC, 3.36, -0.64)  # inside the square around it
         assert covers(DISC, 3.35, -0.65)
 
-    @given(st.floats(0, 2), any_angles)
+    @given(st.floats(0, 2), st.sampled_from(ANY_ANGLES.tolist()))
     def test_a_disc_is_round(self, share: float, direction: float) -> None:
         x, y, radius = DISC.disc or ()
         point = (x + share * radius * math.cos(direction), y + share * radius * math.sin(direction))

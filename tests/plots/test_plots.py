@@ -161,6 +161,13 @@ def test_errors_are_those_recorded():
     assert position.get_yscale() == heading.get_yscale() == "linear"
 
 
+def test_no_line_is_drawn_across_the_antipode():
+    recording = synthetic_recording(1, samples=51)
+    recording["error"].values[:, 1, 2] = np.where(np.arange(51) < 25, 3.0, -3.0)
+    (curve,) = drawn(plots.errors(recording).axes[2], FOLLOWERS[0])
+    assert np.flatnonzero(np.isnan(curve[:, 1])).tolist() == [25]
+
+
 def test_gap_is_between_the_recorded_poses():
     recording = synthetic_recording(2, samples=201)
     position, heading = plots.gap(recording).axes
