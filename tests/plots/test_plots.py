@@ -15,6 +15,8 @@ from matplotlib.text import Text
 
 from nhtrack import plots, se2
 from nhtrack.colours import FOLLOWERS, ROOT, robot_colour
+from nhtrack.effects.patches import Patches
+from nhtrack.effects.slope import Slope
 from nhtrack.ground import Patch
 from nhtrack.plots.event_marks import covered
 from nhtrack.plots.graph import ink_on
@@ -464,7 +466,7 @@ def test_patches_and_slope_are_drawn_and_named():
     recording = synthetic_recording(1, samples=201)
     x, y = recording["pose"].values[-1, 1, :2]
     patches = (Patch(0.05, disc=(x, y, 0.5)), Patch(1.5, rectangle=(90.0, 91.0, 90.0, 91.0)))
-    scene = SceneSpec(recording.robots, friction=0.8, patches=patches, slope=0.1, uphill=np.pi / 2)
+    scene = SceneSpec(recording.robots, friction=0.8, effects=(Patches(patches), Slope(0.1, np.pi / 2)))
     recording.dataset.attrs["scene"] = scene.to_json()
     axes = plots.trajectories(recording, (1.0,)).axes[0]
     (disc,) = (each for each in axes.get_children() if isinstance(each, Circle))

@@ -205,6 +205,16 @@ class DiffDrive:
         wheels = self.wheel_loads(v, omega, u_x, u_theta, gravity)
         return self.mass * gravity.normal - wheels[..., 0] - wheels[..., 1]
 
+    def support_loads(self, gravity: Gravity = LEVEL) -> dict[str, Array]:
+        """Returns what wheels and casters of a robot that stands still bear [N], by their names, shaped as gravity."""
+        still = (np.zeros(np.shape(gravity.x)),) * 4
+        wheels = self.wheel_loads(*still, gravity)
+        return {
+            "left wheel": wheels[..., 0],
+            "right wheel": wheels[..., 1],
+            "caster": self.caster_load(*still, gravity),
+        }
+
     def friction_demand(self, v: Array, omega: Array, u_x: Array, u_theta: Array, gravity: Gravity = LEVEL) -> Array:
         """Returns the horizontal force that each wheel asks of the floor [N], shape (..., 2).
 

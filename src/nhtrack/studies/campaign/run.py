@@ -25,7 +25,6 @@ from nhtrack.files.atomic import atomic_path
 from nhtrack.files.folder import is_used
 from nhtrack.simulation.ideal import IdealSimulation
 from nhtrack.simulation.mujoco import MujocoSimulation, stepped_scene
-from nhtrack.simulation.scene import reduced_models
 from nhtrack.studies.campaign.cell import Cell
 from nhtrack.studies.campaign.outcomes import figures_of, statistics_of
 from nhtrack.studies.campaign.tables import cells_of, rows_of, save_cells, save_runs, worst_first
@@ -151,12 +150,12 @@ def measure(cell: Cell, starts: slice) -> pd.DataFrame:
 def _simulation(experiment: Experiment, backend: str) -> IdealSimulation | MujocoSimulation:
     spec = experiment.scene
     if backend == "ideal":
-        plant = reduced_models(spec)[1]
+        plant = experiment.robot.plant
         return IdealSimulation(
             experiment.network.names, plant, experiment.dt, spec.ground, virtual_root=True, keep_going=True
         )
     batch = experiment.start.g.shape[:1]
-    return MujocoSimulation(stepped_scene(spec), experiment.dt, batch, spec=spec, keep_going=True)
+    return MujocoSimulation(stepped_scene(spec, experiment.robot), experiment.dt, batch, spec=spec, keep_going=True)
 
 
 def _parts(cell: Cell, folder: Path) -> Iterator[Part]:

@@ -22,14 +22,14 @@ from nhtrack.arrays import Array
 from nhtrack.config.law_sections import LawSection, powers
 from nhtrack.config.scenario import Scenario
 from nhtrack.errors import NhtrackError
-from nhtrack.experiment.build import build, make_law
+from nhtrack.experiment.build import build, make_law, robot_of
 from nhtrack.experiment.compile import compile_once
 from nhtrack.experiment.loop import Progress
-from nhtrack.robots.diff_drive import DiffDrive
 from nhtrack.settling import settling_limits
 from nhtrack.similarity import Similarity
 from nhtrack.simulation.ideal import IdealSimulation
-from nhtrack.studies.feasibility.run import plant_of, with_time
+from nhtrack.simulation.robot_models import RobotModels
+from nhtrack.studies.feasibility.run import with_time
 from nhtrack.studies.tune.objective import Figures, Objective, RunFigures, figures_of
 
 SEARCH_PERIODS = 2000  # control periods of a search run, at most
@@ -168,9 +168,10 @@ def tune(
         raise TuningError(f"budget: expected at least 8 candidates, got {budget}")
     objective = objective or Objective(late=1.0)
     compile_once(stage)
-    scenario = with_time(scenario, stage("time scale") if stage is not None else None)
-    box = _Box.of(scenario, seed, below_bound)
-    trial = _Trial(scenario, box.names, objective, plant_of(scenario))
+    robot = robot_of(scenario)
+    scenario = with_time(scenario, stage("time scale") if stage is not None else None, robot)
+    box = _Box.of(scenario, robot, seed, below_bound)
+    trial = _Trial(scenario, box.names, objective, robot)
     report = stage("tuning") if stage is not None else lambda done, total: None
     found, costs, history = _search(trial, box, budget, report)
     order = np.argsort(costs, kind="stable")[:_FINALISTS]
@@ -227,9 +228,9 @@ class _Box:
         self._random = np.random.default_rng(seed)
 
     @classmethod
-    def of(cls, scenario: Scenario, seed: int, below_bound: bool) -> _Box:
+    def of(cls, scenario: Scenario, robot: RobotModels, seed: int, below_bound: bool) -> _Box:
         """Returns the box of a scenario's law."""
-        ranges, size = ranges_of(scenario.law), _size(scenario)
+        ranges, size = ranges_of(scenario.law), _size(scenario, robot)
         if not ranges:
             gain = 'Annotated[float, Gain("1/T", "...", search=(6, 1000))]'
             raise TuningError(f"law {scenario.law.name!r} has no gain with a range to search, such as {gain}")
@@ -271,9 +272,9 @@ class _Box:
         raise TuningError("hardly any gains in the ranges keep the law's bounds; allow gains below them")
 
 
-def _size(scenario: Scenario) -> float:
+def _size(scenario: Scenario, robot: RobotModels) -> float:
     """Returns the size of an experiment, in scenario units, see `Range`; 1 where nothing moves or is apart."""
-    experiment = build(scenario)
+    experiment = build(scenario, robot)
     start = experiment.start
     gained = experiment.inputs[:, 0] * experiment.dt
     speed = start.xi[0, 0] + np.cumsum(gained) - gained / 2  # at the middle of each period
@@ -285,8 +286,8 @@ def _size(scenario: Scenario) -> float:
 class _Trial:
     """Runs sets of gains side by side and says what they cost."""
 
-    def __init__(self, scenario: Scenario, names: tuple[str, ...], objective: Objective, drive: DiffDrive) -> None:
-        self._scenario, self._names, self._objective, self._drive = scenario, names, objective, drive
+    def __init__(self, scenario: Scenario, names: tuple[str, ...], objective: Objective, robot: RobotModels) -> None:
+        self._scenario, self._names, self._objective, self._robot = scenario, names, objective, robot
         slower = math.ceil(scenario.periods / SEARCH_PERIODS)
         self._search = scenario.model_copy(update={"control_rate": scenario.control_rate / slower})
 
@@ -310,14 +311,15 @@ class _Trial:
 
     def _figures(self, scenario: Scenario, batch: Array, progress: Progress) -> Figures:
         """Returns the figures of one batched rollout; NaN for the candidates that lose their robots."""
-        experiment = build(_with_gains(scenario, {name: batch[:, i, None] for i, name in enumerate(self._names)}))
+        gains = {name: batch[:, i, None] for i, name in enumerate(self._names)}
+        experiment = build(_with_gains(scenario, gains), self._robot)
         simulation = IdealSimulation(experiment.network.names, None, experiment.dt, keep_going=True)
         run = experiment.rollout(simulation, progress, batch=(len(batch),))
         run.require_whole()  # a robot that runs away is a candidate that is lost, and no failure
         bodies = list(robots_with_wheels(experiment).values())
         margin = scenario.similarity.friction_margin
         limits = settling_limits(experiment.similarity.length)
-        figures = figures_of(run, limits, bodies, self._drive, experiment.scene.ground, margin)
+        figures = figures_of(run, limits, bodies, self._robot.plant, experiment.scene.ground, margin)
         return Figures(*(np.where(simulation.lost, np.nan, values) for values in figures))
 
 
