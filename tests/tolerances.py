@@ -1,4 +1,4 @@
-"""Every numeric tolerance of the suite, each with its reason; a test carries no tolerance of its own.
+"""Physical budgets and shared tolerances of the suite, each with its reason.
 
 A tolerance is a budget: lowered when the code gets better, never raised to make a test pass.
 """

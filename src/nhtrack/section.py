@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Annotated, Any, Self, TypeAlias
 
 from pydantic import (
@@ -19,11 +20,22 @@ from nhtrack.errors import did_you_mean
 
 # YAML lists become tuples, which stay frozen; only the container is converted, never what is in it.
 Point: TypeAlias = Annotated[tuple[float, float], Field(strict=False)]
+Finding: TypeAlias = tuple[tuple[str | int, ...], str]  # what is wrong between keys: path in the file, and message
 
 
 def fault(message: str) -> PydanticCustomError:
     """Returns the error by which a validator reports a message of its own."""
     return PydanticCustomError("fault", "{message}", {"message": message})
+
+
+def is_finite(value: Any) -> bool:
+    """Returns whether a raw value of a file is a finite number."""
+    if not isinstance(value, (int, float)) or isinstance(value, bool):
+        return False
+    try:
+        return math.isfinite(value)
+    except OverflowError:  # a whole number beyond the largest double
+        return False
 
 
 def counted(*names: str) -> BeforeValidator:

@@ -18,15 +18,20 @@ from hypothesis import strategies as st
 from nhtrack import assets
 from nhtrack.config.changes import apply_overrides
 from nhtrack.config.documentation import COMMAND, campaign_page, json_schema, scenario_page
-from nhtrack.config.input import Segment, SignalInput, TableInput
 from nhtrack.config.scenario import Scenario
 from nhtrack.config.tree import dotted, lookup, parse_path, parse_yaml
+from nhtrack.effects.motors import Motors
+from nhtrack.effects.patches import Patches
+from nhtrack.effects.payload import Payload
+from nhtrack.effects.slope import Slope
+from nhtrack.effects.wheel_mismatch import WheelMismatch
 from nhtrack.errors import ScenarioError
 from nhtrack.experiment.build import build, make_scene_spec
 from nhtrack.experiment.load import load, load_text, load_tree
-from nhtrack.experiment.stability import stability_warnings
+from nhtrack.experiment.robot_checks import effect_warnings
 from nhtrack.ground import Ground, Patch
-from nhtrack.simulation.scene import Payload, SceneSpec, reduced_models
+from nhtrack.references import Segment, SignalInput, TableInput
+from nhtrack.simulation.spec import SceneSpec
 
 DOCS = Path(__file__).parents[2] / "docs"
 MINIMAL = """
@@ -131,11 +136,16 @@ def test_places_scale_with_length_and_what_a_robot_is_does_not() -> None:
     scenario = load_text(MINIMAL + PHYSICS + "similarity: {length: 0.5, time: 3}\n")
     spec = build(scenario).scene
     assert spec == make_scene_spec(scenario)
-    assert spec.patches == (Patch(0.05, rectangle=(0.5, 1.5, -1.0, 2.0)), Patch(0.3, disc=(2.5, -0.5, 1.0)))
-    assert spec.ground == Ground(0.8, spec.patches, 0.1, 2.0)
-    assert spec.payload == Payload(0.2, (0.01, -0.02, 0.07), (0.05, 0.04, 0.03))
-    assert (spec.wheel_mismatch, spec.torque_limit, spec.no_load_speed) == (-0.01, 0.02, 30)
-    assert (spec.compensation, spec.base) == ("actual", "free")
+    patches = (Patch(0.05, rectangle=(0.5, 1.5, -1.0, 2.0)), Patch(0.3, disc=(2.5, -0.5, 1.0)))
+    assert set(spec.effects) == {
+        Patches(patches),
+        Slope(0.1, 2.0),
+        Payload(0.2, (0.01, -0.02, 0.07), (0.05, 0.04, 0.03)),
+        WheelMismatch(-0.01),
+        Motors(0.02, 30),
+    }
+    assert spec.ground == Ground(0.8, patches, 0.1, 2.0)
+    assert spec.compensation == "actual"
     assert spec == SceneSpec.from_json(spec.to_json())
     assert load_tree(scenario.model_dump(mode="json")) == scenario
 
@@ -171,8 +181,7 @@ def test_a_payload_may_not_tip_its_robot(offset: tuple[float, float], stands: bo
 
 def warned(*overrides: str) -> tuple[str, ...]:
     scenario = load_text(MINIMAL, overrides=overrides)
-    experiment = build(scenario)
-    return stability_warnings(scenario, experiment, reduced_models(experiment.scene)[1])
+    return effect_warnings(build(scenario))
 
 
 def test_a_slope_beyond_the_friction_angle_is_told() -> None:

@@ -13,12 +13,18 @@ from scipy.optimize import brentq
 
 import tolerances as tol
 from motions import AT_REST, Run, drive, make_simulation, state, weaving_error
+from nhtrack.effects.motors import Motors
+from nhtrack.effects.patches import Patches
+from nhtrack.effects.payload import Payload
+from nhtrack.effects.planar_base import PlanarBase
+from nhtrack.effects.slope import Slope
+from nhtrack.effects.wheel_mismatch import WheelMismatch
 from nhtrack.experiment.load import load
 from nhtrack.ground import Patch
 from nhtrack.recording import Recording
 from nhtrack.robots.diff_drive import DiffDrive
 from nhtrack.simulation.ideal import IdealSimulation
-from nhtrack.simulation.scene import Payload, SceneSpec, make_scene
+from nhtrack.simulation.scene import SceneSpec, make_scene
 from nhtrack.studies.run.run import simulate
 
 pytestmark = [pytest.mark.slow, pytest.mark.fidelity]
@@ -134,7 +140,7 @@ class TestIce:
         return float(first), float(axle)
 
     def run(self, patches: tuple[Patch, ...]) -> Run:
-        simulation = make_simulation(replace(ONE, patches=patches), DT)
+        simulation = make_simulation(replace(ONE, effects=(Patches(patches),)), DT)
         return drive(simulation, held(0, self.U_THETA, 1.5), self.START, ("friction_utilisation",))
 
     def test_it_stays_with_its_twin_until_the_ice_lets_go(self, twin: Run, limits: tuple[float, float]) -> None:
@@ -158,7 +164,7 @@ class TestSlope:
 
     def let_go(self, compensation: str, theta: float) -> Run:
         """A second at rest on a slope that rises towards 0.7 rad."""
-        spec = replace(ONE, slope=self.ANGLE, uphill=0.7, compensation=compensation)
+        spec = replace(ONE, effects=(Slope(self.ANGLE, 0.7),), compensation=compensation)
         return drive(make_simulation(spec, DT), held(0, 0, 1.0), state(((0, 0, theta), (0, 0))))
 
     def test_who_knows_nothing_of_it_rolls_back(self, robot: DiffDrive) -> None:
@@ -179,7 +185,7 @@ class TestSlope:
         assert first == pytest.approx(expected, rel=1e-3)  # gravity is 3e-4 rad askew by then
 
     def test_who_knows_of_it_drives_as_on_the_level(self) -> None:
-        assert_with_its_twin(replace(ONE, slope=self.ANGLE, uphill=0.7, compensation="actual"))
+        assert_with_its_twin(replace(ONE, effects=(Slope(self.ANGLE, 0.7),), compensation="actual"))
 
     @pytest.mark.parametrize("friction", [0.1, 0.3])
     def test_across_it_friction_holds_up_to_the_predicted_angle(self, robot: DiffDrive, friction: float) -> None:
@@ -194,7 +200,7 @@ class TestSlope:
         assert limit < 0.8 * np.arctan(friction)
         moved = []
         for angle in (limit * (1 - tol.BREAK_AWAY), limit * (1 + tol.BREAK_AWAY)):
-            spec = replace(ONE, slope=angle, friction=friction, compensation="actual")
+            spec = replace(ONE, effects=(Slope(angle),), friction=friction, compensation="actual")
             run = drive(make_simulation(spec, DT), held(0, 0, 1.0), state(((0, 0, np.pi / 2), (0, 0))))
             moved.append(float(np.hypot(*run.g[-1, 0, :2])))
         assert moved[0] < tol.HOLDING
@@ -230,7 +236,7 @@ class TestPayload:
     ASIDE = Payload(0.2, (-0.01, 0.02, 0.06), (0.03, 0.02, 0.03))
 
     def first_moments(self, load: Payload, u_x: float, u_theta: float) -> np.ndarray:
-        simulation = make_simulation(replace(ONE, payload=load), DT)
+        simulation = make_simulation(replace(ONE, effects=(load,)), DT)
         return mean_acceleration(drive(simulation, held(u_x, u_theta, 0.05)))
 
     def test_who_knows_nothing_of_it_is_slower_by_the_ratio_of_masses(self, robot: DiffDrive) -> None:
@@ -251,12 +257,12 @@ class TestPayload:
 
     @pytest.mark.parametrize("load", [CENTRED, ASIDE], ids=["centred", "aside"])
     def test_who_knows_of_it_stays_with_its_twin(self, load: Payload) -> None:
-        assert_with_its_twin(replace(ONE, payload=load, compensation="actual"))
+        assert_with_its_twin(replace(ONE, effects=(load,), compensation="actual"))
 
     def test_it_weighs_on_wheels_and_caster(self, robot: DiffDrive) -> None:
         """Three supports at rest; the payload ahead of the axle takes weight off the caster."""
         load = Payload(0.3, (0.015, 0.02, 0.06))
-        seen = drive(make_simulation(replace(ONE, payload=load), DT), held(0, 0, 0.5), AT_REST, ("wheel_load",))
+        seen = drive(make_simulation(replace(ONE, effects=(load,)), DT), held(0, 0, 0.5), AT_REST, ("wheel_load",))
         left, right = seen.telemetry["wheel_load"][-1, 0]
         weights = GRAVITY * np.array([robot.mass, load.mass])
         caster = weights @ (robot.com[0], load.position[0]) / robot.casters[0][0]
@@ -302,7 +308,7 @@ class TestWheelMismatch:
         scene = make_scene(ONE)
         half_width = float(scene.model.geom_size[scene.addresses.tyres[0, 0], 1])
         (v, omega), lean = mismatched(scene.drive, half_width, mismatch, 1.0)
-        simulation = make_simulation(replace(ONE, wheel_mismatch=mismatch), DT)
+        simulation = make_simulation(replace(ONE, effects=(WheelMismatch(mismatch),)), DT)
         run = drive(simulation, held(1.0, 0.0, 0.1), AT_REST, ("tilt",))
         assert np.sign(omega) == np.sign(mismatch)
         assert run.xi[-1, 0, 2] / run.xi[-1, 0, 0] == pytest.approx(omega / v, rel=tol.CURVATURE)
@@ -313,7 +319,7 @@ class TestWeakMotors:
     """Full speed ahead on weak motors: torque of the driver first, then along the motor's line."""
 
     TORQUE, NO_LOAD = 0.01, 10.0
-    SPEC = replace(ONE, torque_limit=TORQUE, no_load_speed=NO_LOAD)
+    SPEC = replace(ONE, effects=(Motors(TORQUE, NO_LOAD),))
 
     def test_speed_over_time_and_the_share_of_saturation(self, robot: DiffDrive) -> None:
         """m_eff v' = 2 min(tau_max, tau_s (1 - v/(r w_0)))/r: first a ramp, then exponentially towards r w_0."""
@@ -342,17 +348,17 @@ class TestPlanarBase:
     COMMAND = (0.4, 1.0)
     START = state(((0, 0, 0.3), (0.3, 1.5)))
 
-    def run(self, base: str) -> Run:
+    def run(self, *base: PlanarBase) -> Run:
         """Two seconds of speeding up in a turn and of braking."""
         inputs = np.concatenate([held(*self.COMMAND, 1.0), -held(*self.COMMAND, 1.0)])
-        return drive(make_simulation(replace(ONE, base=base), DT), inputs, self.START, ("wheel_load",))
+        return drive(make_simulation(replace(ONE, effects=base), DT), inputs, self.START, ("wheel_load",))
 
     def test_it_is_as_near_the_ideal_robot_as_the_free_one(self) -> None:
-        assert_with_its_twin(replace(ONE, base="planar"))
+        assert_with_its_twin(replace(ONE, effects=(PlanarBase(),)))
 
     def test_the_free_base_moves_alike_and_bears_its_weight_otherwise(self, robot: DiffDrive) -> None:
         """The caster bears a fifth of the weight and turns shift more; as long as friction holds none of it shows."""
-        free, planar = self.run("free"), self.run("planar")
+        free, planar = self.run(), self.run(PlanarBase())
         assert distance(free, planar).max() < tol.HOLDING
         weight = robot.mass * GRAVITY
         shift = (free.telemetry["wheel_load"] - planar.telemetry["wheel_load"])[:, 0]

@@ -230,8 +230,8 @@ def test_run_scales(combination: str, transform: str, length: float, time: float
     """Lengths, times, gains, places and dead zones scaled: the same run in its own units."""
     (network, begin), similarity, inputs = near_places(), Similarity(length, time), weave(50)
     plain = run(network, begin, inputs, Tracking(PLACES, combination, transform))  # type: ignore[arg-type]
-    gains = similarity.scale_gains(LAW.kp, LAW.kd, LAW.ke, LAW.k)
-    law = replace(LAW, **gains._asdict(), dead_zone_length=1e-9 * length, dead_zone_speed=1e-9 * length / time)
+    gains = {"kp": LAW.kp / time**2, "kd": LAW.kd / time, "ke": LAW.ke / time**2}
+    law = replace(LAW, **gains, dead_zone_length=1e-9 * length, dead_zone_speed=1e-9 * length / time)
     scaled = run(
         network,
         State(0.0, similarity.poses_to_robot(begin.g), similarity.twists_to_robot(begin.xi)),

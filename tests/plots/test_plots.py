@@ -15,6 +15,8 @@ from matplotlib.text import Text
 
 from nhtrack import plots, se2
 from nhtrack.colours import FOLLOWERS, ROOT, robot_colour
+from nhtrack.effects.patches import Patches
+from nhtrack.effects.slope import Slope
 from nhtrack.ground import Patch
 from nhtrack.plots.event_marks import covered
 from nhtrack.plots.graph import ink_on
@@ -159,6 +161,13 @@ def test_errors_are_those_recorded():
     assert drawn(heading_log, FOLLOWERS[0])[0][:, 1] == pytest.approx(np.abs(error[:, 2]))
     assert position_log.get_yscale() == heading_log.get_yscale() == "log"
     assert position.get_yscale() == heading.get_yscale() == "linear"
+
+
+def test_no_line_is_drawn_across_the_antipode():
+    recording = synthetic_recording(1, samples=51)
+    recording["error"].values[:, 1, 2] = np.where(np.arange(51) < 25, 3.0, -3.0)
+    (curve,) = drawn(plots.errors(recording).axes[2], FOLLOWERS[0])
+    assert np.flatnonzero(np.isnan(curve[:, 1])).tolist() == [25]
 
 
 def test_gap_is_between_the_recorded_poses():
@@ -457,7 +466,7 @@ def test_patches_and_slope_are_drawn_and_named():
     recording = synthetic_recording(1, samples=201)
     x, y = recording["pose"].values[-1, 1, :2]
     patches = (Patch(0.05, disc=(x, y, 0.5)), Patch(1.5, rectangle=(90.0, 91.0, 90.0, 91.0)))
-    scene = SceneSpec(recording.robots, friction=0.8, patches=patches, slope=0.1, uphill=np.pi / 2)
+    scene = SceneSpec(recording.robots, friction=0.8, effects=(Patches(patches), Slope(0.1, np.pi / 2)))
     recording.dataset.attrs["scene"] = scene.to_json()
     axes = plots.trajectories(recording, (1.0,)).axes[0]
     (disc,) = (each for each in axes.get_children() if isinstance(each, Circle))

@@ -160,11 +160,12 @@ def test_missing_variable_is_named_with_those_there() -> None:
         recording["pose"]
 
 
-def test_newer_format_is_refused(tmp_path: Path) -> None:
+@pytest.mark.parametrize(("newer", "remedy"), [(1, ""), (-1, "; run its scenario again")])
+def test_another_format_is_refused(newer: int, remedy: str, tmp_path: Path) -> None:
     recording = sample(names=SOME)
-    recording.dataset.attrs["format_version"] = FORMAT_VERSION + 1
+    recording.dataset.attrs["format_version"] = FORMAT_VERSION + newer
     path = recording.save(tmp_path / "recording.nc")
-    message = f"recording format {FORMAT_VERSION + 1}; this version reads 1 to {FORMAT_VERSION}"
+    message = f"recording format {FORMAT_VERSION + newer}; this version reads {FORMAT_VERSION}{remedy}$"
     with pytest.raises(RecordingError, match=message):
         Recording.load(path)
 

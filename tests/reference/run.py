@@ -8,14 +8,13 @@ from typing import Literal
 
 import numpy as np
 
-from nhtrack.config.input import Input, SignalValue, TableInput
 from nhtrack.config.law_sections import LawSection
 from nhtrack.config.scenario import Scenario
 from nhtrack.experiment.build import make_scene_spec
 from nhtrack.network import Network
-from nhtrack.references import Reference, Signal, make_segments, make_signal
 from nhtrack.similarity import Similarity
-from nhtrack.simulation.scene import SceneSpec, reduced_models
+from nhtrack.simulation.robot_models import read_robot
+from nhtrack.simulation.spec import SceneSpec
 from reference.laws import BASELINES, Law, Limits, Published, Stabiliser, Universal
 from reference.motion_limits import motion_limits
 from reference.physics.ideal import IdealSimulation
@@ -52,7 +51,7 @@ def run_reference(
     experiment = build(scenario, duration_periods)
     experiment.start.g[1:, 0] += nudge
     names, dt = experiment.network.names, experiment.dt
-    drive = reduced_models(experiment.scene)[1]
+    drive = read_robot(experiment.scene).plant
     main = twin = experiment.rollout(IdealSimulation(names, drive, dt, experiment.scene.ground), telemetry)
     if (backend or scenario.backend) == "mujoco":
         main = experiment.rollout(MujocoSimulation(make_scene(experiment.scene), dt), telemetry)
@@ -95,7 +94,7 @@ def build(scenario: Scenario, periods: int | None = None) -> Experiment:
         tracking=_tracking(scenario, network, similarity),
         law=_law(scenario.law, similarity, _limits(scenario)),
         start=_start(scenario, network, similarity),
-        inputs=similarity.inputs_to_robot(_reference(scenario.leader.input).sample(middles)),
+        inputs=similarity.inputs_to_robot(scenario.leader.input.reference().sample(middles)),
         dt=dt,
         scene=make_scene_spec(scenario),
     )
@@ -106,17 +105,17 @@ def _limits(scenario: Scenario) -> Limits | None:
     if wanted is None:
         return None
     spec = make_scene_spec(scenario)
-    return motion_limits(reduced_models(spec)[1], spec.ground, wanted.utilisation, wanted.speed)
+    return motion_limits(read_robot(spec).plant, spec.ground, wanted.utilisation, wanted.speed)
 
 
 def _law(law: LawSection, similarity: Similarity, limits: Limits | None) -> Law:
     match law.name:
         case "published":
-            gains = similarity.scale_gains(law.kp, law.kd, law.ke, law.k)
+            gains = law.kp / similarity.time**2, law.kd / similarity.time, law.ke / similarity.time**2, law.k
             return Published(*gains, law.variant, law.hysteresis, law.dead_zone.length, law.dead_zone.speed)
         case "stabiliser":
-            gains = similarity.scale_gains(law.kp, law.kd, 0.0, law.k)
-            return Stabiliser(gains.kp, gains.kd, gains.k, law.hysteresis, law.dead_zone.length)
+            gains = law.kp / similarity.time**2, law.kd / similarity.time, law.k
+            return Stabiliser(*gains, law.hysteresis, law.dead_zone.length)
         case "universal":
             length, time = similarity.length, similarity.time
             return Universal(
@@ -136,18 +135,6 @@ def _law(law: LawSection, similarity: Similarity, limits: Limits | None) -> Law:
             return kind(
                 **{gain: similarity.scale(getattr(law, gain), *powers) for gain, powers in kind.dimensions.items()}
             )
-
-
-def _reference(given: Input) -> Reference:
-    if isinstance(given, TableInput):
-        return Reference.from_table(given.table.t, given.table.u_x, given.table.u_theta, given.interpolation)
-    return Reference(_signal(given.u_x), _signal(given.u_theta))
-
-
-def _signal(given: SignalValue) -> Signal:
-    if isinstance(given, tuple):
-        return make_segments([(segment.until, segment.value) for segment in given])
-    return make_signal(given)
 
 
 def _tracking(scenario: Scenario, network: Network, similarity: Similarity) -> Tracking:

@@ -10,7 +10,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import tolerances as tol
-from nhtrack.references import Expression, Reference, ReferenceInputError, Segments, Table, make_segments, make_signal
+from nhtrack.references import (
+    Expression,
+    Reference,
+    ReferenceInputError,
+    Segments,
+    Table,
+    TableInput,
+    make_segments,
+    make_signal,
+)
 
 TIMES = np.linspace(0.0, 10.0, 101)
 
@@ -145,10 +154,15 @@ def test_only_the_last_segment_goes_without_an_end() -> None:
         make_segments([(None, 1.0), (2.0, 1.0)])
 
 
+def reference_of(interpolation: str) -> Reference:
+    table = {"t": [0.0, 1.0, 2.0], "u_x": [0.0, 10.0, 20.0], "u_theta": [1.0, 1.0, -1.0]}
+    return TableInput.model_validate({"table": table, "interpolation": interpolation}).reference()
+
+
 def test_a_table_holds_or_joins() -> None:
-    reference = Reference.from_table([0, 1, 2], [0, 10, 20], [1, 1, -1], "previous")
+    reference = reference_of("previous")
     np.testing.assert_array_equal(reference.sample(np.array([0.5, 1.0, 5.0])), [[0, 1], [10, 1], [20, -1]])
-    joined = Reference.from_table([0, 1, 2], [0, 10, 20], [1, 1, -1], "linear")
+    joined = reference_of("linear")
     np.testing.assert_allclose(
         joined.sample(np.array([0.5, 1.5, 5.0])), [[5, 1], [15, 0], [20, -1]], rtol=tol.HAND, atol=tol.HAND
     )
@@ -169,7 +183,7 @@ def test_a_table_of_another_kind_is_refused(times: tuple[float, ...], values: tu
 
 
 def test_a_reference_pairs_two_signals() -> None:
-    sampled = Reference.from_expressions(10, "0.15*cos(0.4*t)").sample(TIMES)
+    sampled = Reference(make_signal(10), make_signal("0.15*cos(0.4*t)")).sample(TIMES)
     assert sampled.shape == (101, 2)
     np.testing.assert_allclose(sampled, np.stack([np.full(101, 10.0), 0.15 * np.cos(0.4 * TIMES)], -1), rtol=tol.HAND)
-    assert Reference.from_expressions(0, "t").sample(np.empty(0)).shape == (0, 2)
+    assert Reference(make_signal(0), make_signal("t")).sample(np.empty(0)).shape == (0, 2)

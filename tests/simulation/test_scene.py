@@ -6,24 +6,24 @@ from dataclasses import fields, replace
 from functools import cache
 from itertools import product
 from pathlib import Path
+from typing import Any
 
 import mujoco
 import numpy as np
 import pytest
 
 from nhtrack import assets
-from nhtrack.errors import RobotError
+from nhtrack.effects import Effect, effect_kinds
+from nhtrack.effects.motors import Motors
+from nhtrack.effects.patches import Patches
+from nhtrack.effects.payload import Payload
+from nhtrack.effects.planar_base import PlanarBase
+from nhtrack.effects.slope import Slope
+from nhtrack.effects.wheel_mismatch import WheelMismatch
+from nhtrack.errors import RecordingError, RobotError
 from nhtrack.ground import Patch
-from nhtrack.simulation.scene import (
-    Payload,
-    Scene,
-    SceneSpec,
-    load_robot,
-    make_scene,
-    reduced_models,
-    robot_path,
-    unit_spec,
-)
+from nhtrack.simulation.robot_models import load_robot, read_robot, robot_path
+from nhtrack.simulation.scene import Scene, SceneSpec, make_scene, unit_spec
 from tolerances import HAND, READING
 
 TRIO = SceneSpec(("leader", "f1", "f2"))
@@ -42,20 +42,25 @@ EVERYTHING = SceneSpec(
     True,
     True,
     (0.0, 1.0, -2.5, 3.0),
-    base="planar",
-    patches=(Patch(0.05, rectangle=(0.0, 1.0, -1.0, 2.0)), Patch(0.4, disc=(0.5, 0.5, 0.2))),
-    slope=0.1,
-    uphill=-2.0,
-    payload=Payload(0.3, (0.01, -0.02, 0.07), (0.04, 0.05, 0.02)),
-    wheel_mismatch=0.01,
-    torque_limit=0.02,
-    no_load_speed=30.0,
+    effects=(
+        PlanarBase(),
+        Patches((Patch(0.05, rectangle=(0.0, 1.0, -1.0, 2.0)), Patch(0.4, disc=(0.5, 0.5, 0.2)))),
+        Slope(0.1, -2.0),
+        Payload(0.3, (0.01, -0.02, 0.07), (0.04, 0.05, 0.02)),
+        WheelMismatch(0.01),
+        Motors(0.02, 30.0),
+    ),
     compensation="actual",
     colours=(4,),
 )
 
 
 made = cache(make_scene)
+
+
+def under(spec: SceneSpec, *effects: Effect, **changes: Any) -> SceneSpec:
+    """Returns a spec with effects, and with other changes."""
+    return replace(spec, effects=effects, **changes)
 
 
 @pytest.fixture(scope="module")
@@ -84,6 +89,7 @@ class TestSpec:
         assert "\n" not in spec.to_json()
 
     def test_everything_is_tried(self) -> None:
+        assert {type(effect) for effect in EVERYTHING.effects} == set(effect_kinds().values())
         for each in fields(SceneSpec):
             assert getattr(EVERYTHING, each.name) != getattr(TRIO, each.name), each.name
 
@@ -96,9 +102,15 @@ class TestSpec:
         )
         assert SceneSpec.from_json(old) == TRIO
         kept = json.loads(EVERYTHING.to_json())
-        for each in ("patches", "payload"):
-            del kept[each]
-        assert SceneSpec.from_json(json.dumps(kept)) == replace(EVERYTHING, patches=(), payload=None)
+        del kept["effects"]["motors"]["torque_limit"]
+        del kept["colours"]
+        others = EVERYTHING.effects[:-1]
+        assert SceneSpec.from_json(json.dumps(kept)) == under(EVERYTHING, *others, Motors(None, 30.0), colours=())
+
+    def test_an_effect_that_is_not_known_is_told(self) -> None:
+        text = TRIO.to_json().replace('"effects": {}', '"effects": {"wind": {}}')
+        with pytest.raises(RecordingError, match="made under the physical effect 'wind', which this version lacks; "):
+            SceneSpec.from_json(text)
 
     def test_a_virtual_root_has_no_body(self) -> None:
         assert TRIO.bodies == ("leader", "f1", "f2")
@@ -132,9 +144,9 @@ class TestRobots:
             np.testing.assert_allclose(body.xmat[[0, 3, 8]], (np.cos(theta), np.sin(theta), 1), atol=HAND)
         assert data.ncon == 9  # two tyres and a caster each, on the floor
 
-    @pytest.mark.parametrize("base", ["free", "planar"])
-    def test_a_rolling_robot_does_not_slide_at_its_contacts(self, base: str) -> None:
-        scene = made(replace(TRIO, base=base))
+    @pytest.mark.parametrize("base", [(), (PlanarBase(),)], ids=["free", "planar"])
+    def test_a_rolling_robot_does_not_slide_at_its_contacts(self, base: tuple[Effect, ...]) -> None:
+        scene = made(under(TRIO, *base))
         pose = np.array([[0.0, 0.0, 0.4], [1.0, 2.0, 3.0], [-1.0, 0.5, -9.0]])
         twist = np.array([[0.3, 0.0, 2.0], [-0.2, 0.0, 1.0], [0.0, 0.0, -3.0]])
         data = mujoco.MjData(scene.model)
@@ -166,16 +178,16 @@ class TestContact:
         assert {found[geom].dim for geom in tyres(trio)} == {3}
         assert {found[trio.model.geom(f"{name}/caster").id].dim for name in TRIO.robots} == {1}
 
-    @pytest.mark.parametrize(("robot_contact", "base"), [(False, "free"), (True, "free"), (True, "planar")])
-    def test_robots_touch_each_other_only_when_asked(self, robot_contact: bool, base: str) -> None:
-        scene = made(SceneSpec(("a", "b"), robot_contact=robot_contact, base=base))
+    @pytest.mark.parametrize(("robot_contact", "base"), [(False, ()), (True, ()), (True, (PlanarBase(),))])
+    def test_robots_touch_each_other_only_when_asked(self, robot_contact: bool, base: tuple[Effect, ...]) -> None:
+        scene = made(SceneSpec(("a", "b"), robot_contact=robot_contact, effects=base))
         data = standing(scene, (0.0, 0.0, 0.0), (0.05, 0.02, 1.0))
         robots = scene.model.body_rootid[scene.model.geom_bodyid]
         floor = scene.model.geom("floor").id
         between = [c for c in data.contact if floor not in c.geom]
         assert all(robots[c.geom[0]] != robots[c.geom[1]] for c in between)  # and none itself
         assert bool(between) == robot_contact
-        assert sum(floor in c.geom for c in data.contact) == (6 if base == "free" else 4)  # both stand either way
+        assert sum(floor in c.geom for c in data.contact) == (4 if base else 6)  # both stand either way
 
 
 class TestVirtualRoot:
@@ -199,7 +211,7 @@ class TestGround:
     )
 
     def test_patches_are_drawn_where_they_are_and_touch_nothing(self) -> None:
-        model = made(replace(ONE, patches=self.PATCHES)).model
+        model = made(under(ONE, Patches(self.PATCHES))).model
         box, disc, above = (model.geom(f"patch_{i}") for i in range(3))
         for drawn in (box, disc, above):
             assert not drawn.contype
@@ -221,7 +233,7 @@ class TestGround:
         return float(geom.size[1 if geom.type == mujoco.mjtGeom.mjGEOM_CYLINDER else 2])  # type: ignore[attr-defined]
 
     def test_gravity_leans_on_a_slope_and_the_floor_does_not(self) -> None:
-        scene = made(replace(ONE, slope=0.3, uphill=math.pi / 2))
+        scene = made(under(ONE, Slope(0.3, math.pi / 2)))
         expected = (0, -9.81 * math.sin(0.3), -9.81 * math.cos(0.3))
         np.testing.assert_allclose(scene.model.opt.gravity, expected, atol=9.81 * HAND)
         np.testing.assert_array_equal(scene.model.geom("floor").quat, (1, 0, 0, 0))
@@ -232,7 +244,7 @@ class TestPayload:
 
     def test_it_is_in_mass_centre_of_mass_and_inertia(self) -> None:
         bare = made(ONE).plant
-        laden = made(replace(ONE, payload=self.LOAD)).plant
+        laden = made(under(ONE, self.LOAD)).plant
         x, y, _ = self.LOAD.position
         mass = bare.mass + 0.3
         assert laden.mass == pytest.approx(mass, rel=HAND)
@@ -244,7 +256,7 @@ class TestPayload:
         assert laden.wheel_inertia == pytest.approx(bare.wheel_inertia, rel=HAND)
 
     def test_it_is_in_every_robot_of_the_compiled_scene(self) -> None:
-        scene = made(replace(TRIO, payload=self.LOAD))
+        scene = made(under(TRIO, self.LOAD))
         assert sum(scene.model.body_mass) == pytest.approx(3 * scene.plant.mass, rel=HAND)
         data = standing(scene, *(3 * PLACES[:1]))
         for name in TRIO.robots:
@@ -253,14 +265,14 @@ class TestPayload:
 
     def test_a_point_has_a_mass_and_no_size(self) -> None:
         point = replace(self.LOAD, size=(0.0, 0.0, 0.0))
-        scene = made(replace(ONE, payload=point))
+        scene = made(under(ONE, point))
         np.testing.assert_array_equal(scene.model.body("robot/payload").inertia, 0)
         assert (scene.model.geom("robot/payload").size > 0).all()  # and can be seen
 
     def test_torques_are_for_it_only_where_it_is_known(self) -> None:
         bare = made(ONE).drive
-        nominal = made(replace(ONE, payload=self.LOAD))
-        actual = made(replace(ONE, payload=self.LOAD, compensation="actual"))
+        nominal = made(under(ONE, self.LOAD))
+        actual = made(under(ONE, self.LOAD, compensation="actual"))
         assert nominal.drive == bare
         assert nominal.plant == actual.plant == actual.drive
         assert nominal.hash == actual.hash  # the same robots, driven otherwise
@@ -268,7 +280,7 @@ class TestPayload:
 
 class TestMotors:
     def test_their_limits_are_the_scene_s(self) -> None:
-        scene = made(replace(TRIO, torque_limit=0.012, no_load_speed=20.0))
+        scene = made(under(TRIO, Motors(0.012, 20.0)))
         bare = made(TRIO)
         for drive in (scene.drive, scene.plant):
             assert (drive.motor.torque_limit, drive.motor.no_load_speed) == (0.012, 20.0)
@@ -279,7 +291,7 @@ class TestMotors:
 
 class TestTyres:
     def test_one_is_larger_than_the_other_and_their_mean_is_the_robot_s(self) -> None:
-        scene = made(replace(ONE, wheel_mismatch=0.02))
+        scene = made(under(ONE, WheelMismatch(0.02)))
         left, right = (scene.model.geom_size[geom] for geom in tyres(scene))
         alike = made(ONE).model.geom_size[tyres(scene)[0]]
         np.testing.assert_allclose(left, 1.01 * alike, rtol=HAND)
@@ -289,7 +301,7 @@ class TestTyres:
     @pytest.mark.parametrize("mismatch", [0.02, -0.1])
     @pytest.mark.parametrize("theta", [0.0, 2.0, -9.0])
     def test_such_a_robot_stands_on_both_of_them(self, mismatch: float, theta: float) -> None:
-        scene = made(replace(ONE, wheel_mismatch=mismatch))
+        scene = made(under(ONE, WheelMismatch(mismatch)))
         data = standing(scene, (1.0, 2.0, theta))
         depth = {int(contact.geom[1]): contact.dist for contact in data.contact}
         for geom in tyres(scene):
@@ -300,14 +312,14 @@ class TestTyres:
         assert np.sign(matrix[2, 1]) == np.sign(mismatch)  # up on the side of the larger one
 
     def test_the_wheels_of_one_that_rolls_turn_at_speeds_of_their_own(self) -> None:
-        scene = made(replace(ONE, wheel_mismatch=0.02))
+        scene = made(under(ONE, WheelMismatch(0.02)))
         qvel = scene.qvel_of(np.zeros((1, 3)), np.array([[0.3, 0.0, 0.0]]))
         np.testing.assert_allclose(qvel[scene.addresses.wheel_qvel[0]], (0.3 / 0.0303, 0.3 / 0.0297), rtol=HAND)
 
 
 class TestPlanarBase:
     def test_three_slides_and_a_vertical_hinge(self) -> None:
-        scene = made(replace(TRIO, base="planar"))
+        scene = made(under(TRIO, PlanarBase()))
         assert (scene.model.nq, scene.model.nv, scene.model.nu) == (18, 18, 6)
         slide, hinge = mujoco.mjtJoint.mjJNT_SLIDE, mujoco.mjtJoint.mjJNT_HINGE
         at = scene.addresses
@@ -319,7 +331,7 @@ class TestPlanarBase:
             np.testing.assert_array_equal(axes, [(1, 0, 0), (0, 1, 0), (0, 0, 1), (0, 0, 1)])
 
     def test_robots_stand_where_they_are_put_on_their_wheels_alone(self) -> None:
-        scene = made(replace(TRIO, base="planar"))
+        scene = made(under(TRIO, PlanarBase()))
         data = standing(scene, *PLACES, angle=0.3)
         for (x, y, theta), name in zip(PLACES, TRIO.robots, strict=True):
             body = data.body(f"{name}/chassis")
@@ -328,7 +340,8 @@ class TestPlanarBase:
         assert {int(contact.geom[1]) for contact in data.contact} == set(tyres(scene))
 
     def test_its_reduced_model_knows(self) -> None:
-        for model in reduced_models(replace(ONE, base="planar")):
+        robot = read_robot(under(ONE, PlanarBase()))
+        for model in (robot.drive, robot.plant):
             assert model.levelled
             turning = np.array([0.4]), np.array([2.0]), np.array([0.3]), np.array([5.0])
             half = model.mass * 9.81 / 2
@@ -345,18 +358,22 @@ class TestIdentity:
         {"virtual_root": True},
         {"bounds": (-2.0, 2.0, -2.0, 2.0)},
         {"robots": ("leader", "f1")},
-        {"base": "planar"},
-        {"patches": (Patch(0.1, disc=(0.0, 0.0, 1.0)),)},
-        {"slope": 0.1},
-        {"slope": 0.1, "uphill": 1.0},
-        {"payload": TestPayload.LOAD},
-        {"wheel_mismatch": 0.01},
-        {"torque_limit": 0.01},
+        {"effects": (PlanarBase(),)},
+        {"effects": (Patches((Patch(0.1, disc=(0.0, 0.0, 1.0)),)),)},
+        {"effects": (Slope(0.1),)},
+        {"effects": (Slope(0.1, 1.0),)},
+        {"effects": (TestPayload.LOAD,)},
+        {"effects": (WheelMismatch(0.01),)},
+        {"effects": (Motors(0.01),)},
     )
 
     def test_the_hash_is_the_scene_s(self, trio: Scene) -> None:
         assert make_scene(TRIO).hash == trio.hash
         assert len(trio.hash) == 64
+
+    def test_the_order_of_effects_does_not_matter(self) -> None:
+        effects = (*EVERYTHING.effects[:-2], Motors(0.02, 30.0))  # a planar base has no place for unlike wheels
+        assert made(under(TRIO, *effects)).hash == made(under(TRIO, *effects[::-1])).hash
 
     @pytest.mark.slow
     def test_whatever_changes_the_scene_changes_the_hash(self) -> None:
@@ -377,8 +394,8 @@ class TestFleet:
         "change",
         [
             {},
-            {"base": "planar", "robot_contact": True},
-            pytest.param({"robot": "pioneer", "payload": Payload(0.1, (0.0, 0.0, 0.3))}, marks=pytest.mark.slow),
+            {"effects": (PlanarBase(),), "robot_contact": True},
+            pytest.param({"robot": "pioneer", "effects": (Payload(0.1, (0.0, 0.0, 0.3)),)}, marks=pytest.mark.slow),
         ],
         ids=str,
     )
@@ -428,9 +445,8 @@ class TestFleet:
             made(replace(TRIO, robots=("a/b",)))
 
     def test_a_unit_is_one_of_the_robots_alone(self) -> None:
-        spec = replace(
-            TRIO, virtual_root=True, wheel_mismatch=0.01, slope=0.1, payload=TestPayload.LOAD, colours=(0, 3, 5)
-        )
+        effects = WheelMismatch(0.01), Slope(0.1), TestPayload.LOAD
+        spec = under(TRIO, *effects, virtual_root=True, colours=(0, 3, 5))
         scene, unit = made(spec), made(unit_spec(spec))
         assert unit.spec.bodies == spec.bodies[-1:]
         assert (unit.drive, unit.plant, unit.marker) == (scene.drive, scene.plant, None)
@@ -508,7 +524,7 @@ class TestOwnRobot:
         text = own_robot.read_text().replace('<body name="left_wheel"', f'{body}<body name="left_wheel"')
         own_robot.write_text(text)
         load = Payload(0.1, (0.0, 0.0, 0.07))
-        bare, laden = (made(SceneSpec(("a",), str(own_robot), payload=each)).plant for each in (None, load))
+        bare, laden = (made(SceneSpec(("a",), str(own_robot), effects=each)).plant for each in ((), (load,)))
         assert laden.mass == pytest.approx(bare.mass + 0.1, rel=HAND)
 
     @pytest.mark.parametrize(

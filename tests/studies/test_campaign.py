@@ -16,7 +16,7 @@ from nhtrack.config.campaign import Campaign, Starts
 from nhtrack.config.edit import scenario_text
 from nhtrack.config.families import FAMILIES, RANDOM
 from nhtrack.errors import SimulationDiverged
-from nhtrack.experiment.build import build, make_reference
+from nhtrack.experiment.build import build
 from nhtrack.experiment.load import load_campaign, load_text
 from nhtrack.recording import Recording
 from nhtrack.simulation.mujoco import MujocoSimulation
@@ -105,7 +105,7 @@ def test_a_random_reference_is_that_of_its_scenario() -> None:
     })  # fmt: skip
     middles = (np.arange(periods) + 0.5) * period
     for start in (1, 2, 3):
-        given = make_reference(Cell(campaign, "u", RANDOM).scenario(start).leader.input).sample(middles)
+        given = Cell(campaign, "u", RANDOM).scenario(start).leader.input.reference().sample(middles)
         np.testing.assert_array_equal(given, sampled[:, start - 1])
 
 

@@ -32,7 +32,7 @@ from nhtrack.experiment.load import load_text
 from nhtrack.ground import Ground
 from nhtrack.robots.diff_drive import DiffDrive, identify
 from nhtrack.simulation.ideal import IdealSimulation
-from nhtrack.simulation.scene import load_robot
+from nhtrack.simulation.robot_models import load_robot
 from nhtrack.studies.feasibility.result import Feasibility
 from nhtrack.studies.feasibility.run import feasibility, fitting_time, ideal_motion, with_time
 from nhtrack.studies.run.run import simulate

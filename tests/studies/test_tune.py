@@ -21,7 +21,7 @@ from nhtrack.experiment.loop import Rollout
 from nhtrack.ground import Ground
 from nhtrack.robots.diff_drive import identify
 from nhtrack.similarity import Similarity
-from nhtrack.simulation.scene import load_robot
+from nhtrack.simulation.robot_models import load_robot
 from nhtrack.studies.run.run import simulate
 from nhtrack.studies.tune.box import SearchBox, ranges_of
 from nhtrack.studies.tune.objective import Figures, Objective, ObjectiveError, figures_of

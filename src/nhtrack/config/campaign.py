@@ -13,16 +13,16 @@ from typing import Annotated, Any, TypeAlias
 
 from pydantic import AfterValidator, Discriminator, Field, Tag
 
-from nhtrack.config.checks import Checks, Clock, Finding, clock_findings, input_findings
+from nhtrack.config.checks import Checks, Clock, clock_findings, input_findings
 from nhtrack.config.families import FAMILIES, RANDOM
-from nhtrack.config.input import SignalInput, SignalValue
 from nhtrack.config.law_sections import Law
 from nhtrack.config.physics import Physics
 from nhtrack.config.similarity_section import SimilaritySection
 from nhtrack.config.tree import lookup
 from nhtrack.config.values import Backend, Name, PlanarTwist, RunName
 from nhtrack.errors import did_you_mean
-from nhtrack.section import Section, fault
+from nhtrack.references import SignalInput, SignalValue
+from nhtrack.section import Finding, Section, fault
 from nhtrack.settling import HEADING, POSITION
 
 _LABEL = re.compile(r"[A-Za-z][A-Za-z0-9_ -]{0,39}\Z")  # it names files

@@ -20,15 +20,15 @@ from nhtrack.config.scenario import Scenario
 from nhtrack.config.similarity_section import SimilaritySection
 from nhtrack.config.tree import Path, lookup
 from nhtrack.network import network_faults
-from nhtrack.references import ReferenceInputError, Signal, Table, make_segments, make_signal
+from nhtrack.references import input_kind
+from nhtrack.section import Finding, is_finite
 
-Finding = tuple[Path, str]
 Checks = Callable[[Mapping[str, Any], FilePath], Iterator[Finding]]
 
 MOST_PERIODS = 2_000_000  # five and a half hours at 100 Hz; beyond it a recording no longer fits in memory
 AUTO_PERIODS = 2000  # where inputs are tried as long as `time: auto` leaves the control periods open
 MOST_STEPS = 1e7  # physics steps in a control period; beyond it the schema's bounds have the word
-_INPUT: Path = ("leader", "input")
+INPUT: Path = ("leader", "input")
 
 
 def findings(tree: Any, directory: FilePath, checks: Checks) -> Iterator[Finding]:
@@ -45,7 +45,7 @@ def findings(tree: Any, directory: FilePath, checks: Checks) -> Iterator[Finding
     yield from clock_findings(clock)
     yield from _network_findings(tree)
     yield from checks(tree, directory)
-    yield from input_findings(lookup(tree, _INPUT), clock, _INPUT)
+    yield from input_findings(lookup(tree, INPUT), clock, INPUT)
 
 
 def no_checks(tree: Mapping[str, Any], directory: FilePath) -> Iterator[Finding]:
@@ -73,10 +73,10 @@ class Clock:
     def of(cls, tree: Mapping[str, Any]) -> Clock:
         """Returns the times of a tree."""
         return cls(
-            _positive(lookup(tree, ("duration",))),
-            _positive(lookup(tree, ("similarity", "time"), SimilaritySection.model_fields["time"].default)),
-            _positive(lookup(tree, ("control_rate",), Scenario.model_fields["control_rate"].default)),
-            _positive(lookup(tree, ("physics", "timestep"), Physics.model_fields["timestep"].default)),
+            positive(lookup(tree, ("duration",))),
+            positive(lookup(tree, ("similarity", "time"), SimilaritySection.model_fields["time"].default)),
+            positive(lookup(tree, ("control_rate",), Scenario.model_fields["control_rate"].default)),
+            positive(lookup(tree, ("physics", "timestep"), Physics.model_fields["timestep"].default)),
         )
 
     @property
@@ -98,18 +98,9 @@ class Clock:
         return (np.arange(round(periods)) + 0.5) * (self.duration / periods)
 
 
-def _positive(value: Any) -> float | None:
+def positive(value: Any) -> float | None:
     """Returns a positive finite number as a float, anything else as None."""
-    return float(value) if _is_finite(value) and value > 0 else None
-
-
-def _is_finite(value: Any) -> bool:
-    if not isinstance(value, (int, float)) or isinstance(value, bool):
-        return False
-    try:
-        return math.isfinite(value)
-    except OverflowError:  # a whole number beyond the largest double
-        return False
+    return float(value) if is_finite(value) and value > 0 else None
 
 
 def clock_findings(clock: Clock) -> Iterator[Finding]:
@@ -195,50 +186,13 @@ def is_robot_file(robot: str) -> bool:
 
 
 def input_findings(given: Any, clock: Clock, at: Path) -> Iterator[Finding]:
-    """Yields faults of inputs on the control grid: no finite value, or a table that does not cover it.
+    """Yields faults of an input on the control grid.
 
     Args:
         given: the raw input.
         clock: the times of the run.
         at: path of the input.
     """
-    if not isinstance(given, Mapping):
-        return
-    if "table" in given:
-        yield from _table_findings(given, clock.times, at)
-    elif clock.times is not None:
-        for name in ("u_x", "u_theta"):
-            signal = _signal(given.get(name))
-            try:
-                if signal is not None:
-                    signal(clock.times)
-            except ReferenceInputError as error:
-                yield (*at, name), str(error)
-
-
-def _signal(value: Any) -> Signal | None:
-    """Returns the signal of a raw value of the file, or None where its form is at fault."""
-    try:
-        if isinstance(value, list):
-            return make_segments([(piece.get("until"), piece["value"]) for piece in value])
-        return make_signal(value)
-    except (ReferenceInputError, TypeError, ValueError, KeyError, AttributeError, OverflowError):
-        return None
-
-
-def _table_findings(given: Mapping[str, Any], times: np.ndarray | None, place: Path) -> Iterator[Finding]:
-    """Yields faults of a table: columns that do not match, times out of order, rows missing at either end."""
-    columns = [lookup(given, ("table", name)) for name in ("t", "u_x", "u_theta")]
-    if not all(isinstance(column, list) and column and all(map(_is_finite, column)) for column in columns):
-        return  # the schema's fault to report
-    t, at = columns[0], (*place, "table")
-    try:
-        for values in columns[1:]:
-            Table(tuple(t), tuple(values))
-    except ReferenceInputError as error:
-        yield at, str(error)
-        return
-    if t[0] > 0:
-        yield at, f"the first row is at t = {t[0]:g}; a table starts at 0 or before"
-    if given.get("interpolation") == "linear" and times is not None and t[-1] < times[-1] * (1 - 1e-9):
-        yield at, f"the last row is at t = {t[-1]:g} but the input is asked until t = {times[-1]:g}; add rows"
+    if isinstance(given, Mapping):
+        for path, message in input_kind(given).findings(given, clock.times):
+            yield (*at, *path), message

@@ -13,13 +13,13 @@ from pydantic import ValidationError
 from nhtrack import assets
 from nhtrack.config.campaign import Campaign, campaign_findings
 from nhtrack.config.changes import apply_overrides, parse_override
-from nhtrack.config.checks import Checks, Finding, findings, is_robot_file, no_checks
-from nhtrack.config.csv_table import read_table
+from nhtrack.config.checks import INPUT, Checks, findings, is_robot_file, no_checks
 from nhtrack.config.messages import shape_faults
 from nhtrack.config.scenario import Scenario
 from nhtrack.config.tree import Document, Path, ancestors, dotted, lookup, parse_yaml
 from nhtrack.errors import Fault, ScenarioError, did_you_mean
-from nhtrack.section import Section
+from nhtrack.references import input_kind
+from nhtrack.section import Finding, Section
 
 Kind = TypeVar("Kind", bound=Section)
 
@@ -173,21 +173,19 @@ def _placed(path: Path, message: str, document: Document, changed: Mapping[Path,
 
 
 def _resolve(tree: Any, directory: FilePath, problems: list[tuple[Path, str]]) -> Any:
-    """Returns the tree with the files it names found: robot and law by full paths, a CSV file as a table."""
+    """Returns the tree with the files it names found: robot and law by full paths, those of the input read."""
     if not isinstance(tree, dict):
         return tree
     resolved = {**tree, **_law_files(tree, directory)}
-    robot, given = tree.get("robot"), lookup(tree, ("leader", "input"))
+    robot, given = tree.get("robot"), lookup(tree, INPUT)
     if isinstance(robot, str) and robot not in assets.robots() and is_robot_file(robot):
         resolved["robot"] = str((directory / robot).resolve())
-    if isinstance(given, dict) and isinstance(given.get("csv"), str) and given["csv"]:
+    if isinstance(given, dict):
+        kind = input_kind(given)
         try:
-            table = read_table(directory / given["csv"])
+            resolved["leader"] = {**tree["leader"], "input": kind.resolved(given, directory)}
         except ValueError as error:
-            problems.append((("leader", "input", "csv"), str(error)))
-        else:
-            rest = {key: value for key, value in given.items() if key != "csv"}
-            resolved["leader"] = {**tree["leader"], "input": {"table": table, **rest}}
+            problems.append(((*INPUT, kind.key), str(error)))
     return resolved
 
 

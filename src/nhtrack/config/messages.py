@@ -10,6 +10,7 @@ from pydantic import ValidationError
 from nhtrack.config.tree import Path, lookup
 from nhtrack.errors import did_you_mean
 from nhtrack.laws import faulty_laws
+from nhtrack.references import input_words
 
 _COMPONENTS = {
     "pose": ("x", "y", "theta"),
@@ -96,8 +97,8 @@ def _wrong_type(kind: str, loc: tuple[str | int, ...], given: Any, otherwise: st
     form = loc[-1] if loc else ""
     if form == "<signal>":
         expected = "a number, a formula in t, or a list of segments"
-    elif form == "<signals>":
-        expected = "u_x and u_theta, a csv file, or a table"
+    elif str(form).startswith("<input: "):
+        expected = input_words()
     elif form == "<number>":
         expected = "a number or a formula in t"
     elif form == "<time>":

@@ -6,8 +6,8 @@ from typing import Annotated, TypeAlias
 
 from pydantic import Field
 
-from nhtrack.config.input import Input
 from nhtrack.config.values import Name, PlanarTwist, Pose
+from nhtrack.references import Input, input_words
 from nhtrack.section import Point, Section
 
 Weight: TypeAlias = Annotated[float, Field(ge=0, le=1)]
@@ -31,7 +31,7 @@ class LeaderSection(Section):
         default=False, description="true: a moving marker that follows the input exactly, instead of a robot"
     )
     start: Start = Field(description="where it begins")
-    input: Input = Field(description="its accelerations over time: two signals, a CSV file, or a table")
+    input: Input = Field(description=f"its accelerations over time: {input_words()}")
 
 
 class FollowerSection(Section):

@@ -7,22 +7,20 @@ from math import inf
 
 import numpy as np
 
-from nhtrack.config.input import Input, SignalInput, SignalValue, TableInput
 from nhtrack.config.law_sections import LawSection
-from nhtrack.config.physics import PatchSection, PayloadSection
 from nhtrack.config.scenario import Scenario
+from nhtrack.effects import effects_of
 from nhtrack.errors import SimulationDiverged
 from nhtrack.experiment.followers import Tracking
 from nhtrack.experiment.kernels import CompiledSimulation
 from nhtrack.experiment.limits import motion_limits
 from nhtrack.experiment.loop import Progress, Rollout, rollout, run
 from nhtrack.experiment.recorder import FullRecorder, Recorder
-from nhtrack.ground import Patch
 from nhtrack.laws import Law, Limits
 from nhtrack.network import Network
-from nhtrack.references import Reference, Signal, make_segments, make_signal
 from nhtrack.similarity import Similarity
-from nhtrack.simulation.scene import Payload, SceneSpec, reduced_models
+from nhtrack.simulation.robot_models import RobotModels, read_robot
+from nhtrack.simulation.spec import SceneSpec
 from nhtrack.simulation.state import State
 
 # Speed of a place in a formation below which its direction is noise, for a law that has no such gain [m/s].
@@ -44,6 +42,7 @@ class Experiment:
         dt: control period [s].
         similarity: scenario units to the robot's.
         scene: what to compose for MuJoCo.
+        robot: what was read from the robots' MJCF, with the scene's effects.
         every: every so many control periods a row is kept.
     """
 
@@ -55,6 +54,7 @@ class Experiment:
     dt: float
     similarity: Similarity
     scene: SceneSpec
+    robot: RobotModels
     every: int = 1
 
     def rollout(
@@ -77,27 +77,37 @@ class Experiment:
         )
 
 
-def build(scenario: Scenario) -> Experiment:
+def build(scenario: Scenario, robot: RobotModels | None = None) -> Experiment:
     """Returns the experiment of a scenario.
 
+    Args:
+        scenario: with a number for its time scale.
+        robot: see `robot_of`, where it has been read already.
+
     Raises:
+        RobotError: the robot cannot be found, compiled or driven.
         ReferenceInputError: the leader's input has no finite value at some time.
         TypeError: `similarity.time` is still `auto`.
         FeasibilityError: the law is to keep limits, and ground or motors leave none.
+        ValueError: what is known is of other robots.
     """
     similarity = Similarity(scenario.similarity.length, scenario.similarity.time_scale)
     network = Network.from_parents(scenario.parents, scenario.weights)
     dt = 1.0 / scenario.control_rate
     middles = similarity.times_to_scenario((np.arange(scenario.periods) + 0.5) * dt)
+    scene = make_scene_spec(scenario)
+    robot = robot or read_robot(scene)
+    robot.require(scene)
     return Experiment(
         network=network,
         tracking=_tracking(scenario, network, similarity),
-        law=make_law(scenario.law, similarity, make_limits(scenario)),
+        law=make_law(scenario.law, similarity, make_limits(scenario, robot)),
         start=_start(scenario, network, similarity),
-        inputs=similarity.inputs_to_robot(make_reference(scenario.leader.input).sample(middles)),
+        inputs=similarity.inputs_to_robot(scenario.leader.input.reference().sample(middles)),
         dt=dt,
         similarity=similarity,
-        scene=make_scene_spec(scenario),
+        scene=scene,
+        robot=robot,
         every=scenario.record.every,
     )
 
@@ -114,31 +124,26 @@ def make_scene_spec(scenario: Scenario) -> SceneSpec:
         rate_correction=physics.contact.rate_correction,
         robot_contact=physics.robot_contact,
         virtual_root=scenario.leader.virtual,
-        base=physics.base,
-        patches=tuple(_patch(patch, length) for patch in physics.patches),
-        slope=physics.slope.angle,
-        uphill=physics.slope.uphill,
-        payload=make_payload(physics.payload),
-        wheel_mismatch=physics.wheel_mismatch,
-        torque_limit=physics.motors.torque_limit,
-        no_load_speed=physics.motors.no_load_speed,
+        effects=effects_of(physics, length),
         compensation=physics.compensation,
     )
 
 
-def _patch(patch: PatchSection, length: float) -> Patch:
-    shapes = {name: getattr(patch, name) for name in ("disc", "rectangle")}
-    scaled = {name: None if sides is None else tuple(length * side for side in sides) for name, sides in shapes.items()}
-    return Patch(patch.friction, **scaled)
+def robot_of(scenario: Scenario) -> RobotModels:
+    """Returns what is read from the MJCF of a scenario's robot, under its effects; needs no time scale.
+
+    Raises:
+        RobotError: the robot cannot be found, compiled or driven.
+    """
+    return read_robot(make_scene_spec(scenario))
 
 
-def make_payload(payload: PayloadSection | None) -> Payload | None:
-    """Returns what robots carry; payloads are in robot units already."""
-    return None if payload is None else Payload(payload.mass, (*payload.offset, payload.height), payload.size)
-
-
-def make_limits(scenario: Scenario) -> Limits | None:
+def make_limits(scenario: Scenario, robot: RobotModels | None = None) -> Limits | None:
     """Returns the limits that a scenario's law keeps, in robot units, or None; needs no time scale.
+
+    Args:
+        scenario: whose law.
+        robot: see `robot_of`, where it has been read already.
 
     Raises:
         FeasibilityError: ground or motors leave none.
@@ -146,30 +151,13 @@ def make_limits(scenario: Scenario) -> Limits | None:
     wanted = getattr(scenario.law, "limits", None)
     if wanted is None:
         return None
-    spec = make_scene_spec(scenario)
-    return motion_limits(reduced_models(spec)[1], spec.ground, wanted.utilisation, wanted.speed)
+    plant, ground = (robot or robot_of(scenario)).plant, make_scene_spec(scenario).ground
+    return motion_limits(plant, ground, wanted.utilisation, wanted.speed)
 
 
 def make_law(law: LawSection, similarity: Similarity, limits: Limits | None = None) -> Law:
     """Returns the law of a scenario with its gains in robot units; limits are in robot units already."""
     return law.kind(limits=limits, **law.gains(similarity))
-
-
-def make_reference(given: Input) -> Reference:
-    """Returns the reference of a leader's input, in scenario units."""
-    match given:
-        case TableInput(table=table):
-            return Reference.from_table(table.t, table.u_x, table.u_theta, given.interpolation)
-        case SignalInput():
-            return Reference(_signal(given.u_x), _signal(given.u_theta))
-        case _:
-            raise TypeError("a CSV input becomes a table when the scenario is loaded; load it with nhtrack.load")
-
-
-def _signal(given: SignalValue) -> Signal:
-    if isinstance(given, tuple):
-        return make_segments([(segment.until, segment.value) for segment in given])
-    return make_signal(given)
 
 
 def _tracking(scenario: Scenario, network: Network, similarity: Similarity) -> Tracking:

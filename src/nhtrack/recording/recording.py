@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from nhtrack.config.scenario import Scenario
     from nhtrack.recording.scenario import LawText
 
-FORMAT_VERSION = 1
+FORMAT_VERSION = 2  # 2: the scene's physical effects stand by their keys
 
 _LARGE = 10**9  # bytes of a recording that is not saved by way of memory
 
@@ -234,7 +234,7 @@ class Recording:
         """Reads a recording.
 
         Raises:
-            RecordingError: no such file, not a recording, or written by a newer version of the format.
+            RecordingError: no such file, not a recording, or of another version of the format.
         """
         source = Path(path)
         if not source.is_file():
@@ -246,10 +246,9 @@ class Recording:
         except (OSError, ValueError, KeyError, RuntimeError) as error:  # what HDF5 says of damage, by place
             raise RecordingError(f"{source}: not a recording ({error})") from error
         version = int(dataset.attrs.get("format_version", 0))
-        if not 1 <= version <= FORMAT_VERSION:
-            raise RecordingError(
-                f"{source}: recording format {version}; this version reads 1 to {FORMAT_VERSION}"
-            )
+        if version != FORMAT_VERSION:
+            remedy = "; run its scenario again" if 0 < version < FORMAT_VERSION else ""
+            raise RecordingError(f"{source}: recording format {version}; this version reads {FORMAT_VERSION}{remedy}")
         return cls(dataset)
 
 

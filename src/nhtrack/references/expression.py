@@ -8,10 +8,10 @@ import math
 import operator
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any, TypeAlias
+from typing import Any
 
 import numpy as np
-from simpleeval import InvalidExpression, safe_mult, safe_power
+from simpleeval import InvalidExpression, SimpleEval, safe_mult, safe_power
 
 from nhtrack.errors import did_you_mean
 from nhtrack.references.contract import ReferenceInputError
@@ -48,7 +48,6 @@ _OPERATORS: dict[type[ast.AST], Callable[..., Any]] = {
     ast.Gt: operator.gt,
     ast.GtE: operator.ge,
 }
-_Function: TypeAlias = Callable[[float], Any]
 _GRAMMAR: tuple[type[ast.AST], ...] = (
     *_OPERATORS, ast.Expression, ast.BinOp, ast.UnaryOp, ast.BoolOp, ast.And, ast.Or, ast.Compare, ast.IfExp,
     ast.Call, ast.Name, ast.Load, ast.Constant,
@@ -135,63 +134,6 @@ def _require_known_names(tree: ast.Expression) -> None:
             raise ReferenceInputError(f"unknown name {name.id!r}; {did_you_mean(name.id, VOCABULARY)}")
 
 
-def _function_of(node: ast.expr) -> _Function:
-    """Returns the function of t that a part of an expression is, made of those of its own parts."""
-    match node:
-        case ast.Constant(value=value):
-            return lambda t: value
-        case ast.Name(id="t"):
-            return lambda t: t
-        case ast.Name(id=name):
-            return lambda t: CONSTANTS[name]
-        case ast.UnaryOp(op=sign, operand=operand):
-            unary, inner = _OPERATORS[type(sign)], _function_of(operand)
-            return lambda t: unary(inner(t))
-        case ast.BinOp(left=left, op=sign, right=right):
-            binary, first, second = _OPERATORS[type(sign)], _function_of(left), _function_of(right)
-            return lambda t: binary(first(t), second(t))
-        case ast.IfExp(test=test, body=body, orelse=orelse):
-            condition, chosen, otherwise = (_function_of(part) for part in (test, body, orelse))
-            return lambda t: chosen(t) if condition(t) else otherwise(t)
-        case ast.Call(func=ast.Name(id=name), args=arguments):
-            function, parts = FUNCTIONS[name], [_function_of(argument) for argument in arguments]
-            return lambda t: function(*[part(t) for part in parts])
-        case ast.BoolOp(op=joint, values=values):
-            return _joined(isinstance(joint, ast.And), [_function_of(value) for value in values])
-        case ast.Compare(left=left, ops=signs, comparators=others):
-            return _compared([_OPERATORS[type(sign)] for sign in signs], [_function_of(x) for x in (left, *others)])
-    raise AssertionError(f"no part of the grammar: {ast.dump(node)}")
-
-
-def _joined(all_of_them: bool, parts: list[_Function]) -> _Function:
-    """Returns `a and b and ...` or `a or b or ...`: the value that decides, and what comes after is not asked."""
-
-    def function(t: float) -> Any:
-        value: Any = all_of_them
-        for part in parts:
-            value = part(t)
-            if bool(value) is not all_of_them:
-                break
-        return value
-
-    return function
-
-
-def _compared(signs: list[Callable[..., Any]], parts: list[_Function]) -> _Function:
-    """Returns `a < b <= ...`: whether all of it holds; what comes after a comparison that does not is not asked."""
-
-    def function(t: float) -> bool:
-        left = parts[0](t)
-        for holds, part in zip(signs, parts[1:], strict=True):
-            right = part(t)
-            if not holds(left, right):
-                return False
-            left = right
-        return True
-
-    return function
-
-
 @dataclass(frozen=True)
 class Expression:
     """A formula in the time t, such as `0.15*cos(0.4*t)` or `where(t < 2, 0.5, 0)`.
@@ -221,14 +163,18 @@ class Expression:
         """
         times = np.asarray(t, dtype=np.float64)
         constant = not any(isinstance(node, ast.Name) and node.id == "t" for node in ast.walk(self._tree))
-        function = _function_of(self._tree.body)
+        names: dict[str, float] = dict(CONSTANTS)
+        evaluator = SimpleEval(operators=_OPERATORS, functions=FUNCTIONS, names=names)
         if constant and times.size:
-            return np.full(times.shape, self._value(function, float(times[0])))
-        return np.array([self._value(function, float(instant)) for instant in times], dtype=np.float64)
+            return np.full(times.shape, self._value(evaluator, names, float(times[0])))
+        return np.array(
+            [self._value(evaluator, names, float(instant)) for instant in times], dtype=np.float64
+        )
 
-    def _value(self, function: _Function, t: float) -> float:
+    def _value(self, evaluator: SimpleEval, names: dict[str, float], t: float) -> float:
+        names["t"] = t
         try:
-            value = function(t)
+            value = evaluator.eval(self.text, previously_parsed=self._tree.body)
         except (ArithmeticError, ValueError, TypeError, InvalidExpression) as error:
             raise ReferenceInputError(f"{self.text!r} has no value at t = {t:.6g}: {error}", t) from None
         if isinstance(value, complex) or not cmath.isfinite(value):

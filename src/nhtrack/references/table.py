@@ -1,13 +1,16 @@
-"""Samples as a signal."""
+"""The leader's input as samples, held or joined by lines."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import Literal, TypeAlias
+from typing import Annotated, Any, ClassVar, Literal, TypeAlias
 
 import numpy as np
+from pydantic import Field
 
-from nhtrack.references.contract import ReferenceInputError
+from nhtrack.references.contract import InputSection, Reference, ReferenceInputError
+from nhtrack.section import Finding, Section, is_finite
 
 Interpolation: TypeAlias = Literal["previous", "linear"]
 
@@ -53,3 +56,55 @@ class Table:
         )  # as in `Segments`: an instant a rounding early counts as on time
         index = np.searchsorted(starts, t, side="right") - 1
         return np.asarray(values[np.clip(index, 0, None)], dtype=np.float64)
+
+
+class Samples(Section):
+    """Columns of equal length."""
+
+    t: Annotated[tuple[float, ...], Field(strict=False, min_length=1)] = Field(
+        description="increasing times [scenario time]"
+    )
+    u_x: Annotated[tuple[float, ...], Field(strict=False)] = Field(
+        description="forward accelerations [scenario length/time^2]"
+    )
+    u_theta: Annotated[tuple[float, ...], Field(strict=False)] = Field(
+        description="angular accelerations [rad/scenario time^2]"
+    )
+
+
+class TableInput(InputSection):
+    """The leader's input as samples in the file itself."""
+
+    key: ClassVar[str] = "table"
+    words: ClassVar[str] = "a table"
+    table: Samples = Field(description="the samples")
+    interpolation: Interpolation = Field(
+        default="previous", description="hold each sample until the next, or join them by lines"
+    )
+
+    def reference(self) -> Reference:
+        """Returns the reference, in scenario units."""
+        u_x, u_theta = (Table(self.table.t, u, self.interpolation) for u in (self.table.u_x, self.table.u_theta))
+        return Reference(u_x, u_theta)
+
+    @classmethod
+    def findings(cls, given: Mapping[str, Any], times: np.ndarray | None) -> Iterator[Finding]:
+        """Yields columns that do not match, times out of order, rows missing at either end."""
+        table = given["table"]
+        columns: list[Any] = [table.get(name) for name in ("t", "u_x", "u_theta")] if isinstance(table, Mapping) else []
+        if not columns or not all(isinstance(c, list) and c and all(map(is_finite, c)) for c in columns):
+            return  # the section's own fault, told by its model
+        t, *accelerations = columns
+        try:
+            for values in accelerations:
+                Table(tuple(t), tuple(values))
+        except ReferenceInputError as error:
+            yield ("table",), str(error)
+            return
+        if t[0] > 0:
+            yield ("table",), f"the first row is at t = {t[0]:g}; a table starts at 0 or before"
+        if given.get("interpolation") == "linear" and times is not None and t[-1] < times[-1] * (1 - 1e-9):
+            yield (
+                ("table",),
+                f"the last row is at t = {t[-1]:g} but the input is asked until t = {times[-1]:g}; add rows",
+            )

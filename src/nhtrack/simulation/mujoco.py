@@ -30,6 +30,7 @@ from nhtrack.simulation.contact import FrictionRow
 from nhtrack.simulation.faults import failure_in
 from nhtrack.simulation.motion import Motion, Place, Wheels
 from nhtrack.simulation.plant import floor_of, plant_of
+from nhtrack.simulation.robot_models import RobotModels
 from nhtrack.simulation.scene import Scene, SceneSpec, make_scene, unit_spec
 from nhtrack.simulation.state import Driven, State, require_rolling
 from nhtrack.simulation.track import Track, driven, make_track
@@ -226,13 +227,17 @@ class MujocoSimulation:
         return State(self.time, self._unbatched(self.motion.g).copy(), self._unbatched(self.motion.xi).copy())
 
 
-def stepped_scene(spec: SceneSpec) -> Scene:
+def stepped_scene(spec: SceneSpec, robot: RobotModels | None = None) -> Scene:
     """Returns the scene that a simulation of a spec steps: of one robot where robots cannot touch each other.
+
+    Args:
+        spec: of all robots.
+        robot: what is known of them, where that has been read already.
 
     Raises:
         RobotError: as `make_scene`.
     """
-    return make_scene(spec if spec.robot_contact else unit_spec(spec))
+    return make_scene(spec if spec.robot_contact else unit_spec(spec), robot)
 
 
 def make_wheels(scene: Scene, spec: SceneSpec, dt: float) -> Wheels:
@@ -246,7 +251,7 @@ def make_wheels(scene: Scene, spec: SceneSpec, dt: float) -> Wheels:
         dt=dt,
         h=step,
         substeps=round(dt / step),
-        planar=spec.base == "planar",
+        planar=plant.levelled,
         corrected=spec.rate_correction,
         before_share=(1 - given_up) / given_up,
         after_share=-1 / given_up,
@@ -259,7 +264,7 @@ def make_wheels(scene: Scene, spec: SceneSpec, dt: float) -> Wheels:
         plant=plant_of(plant),
         floor=floor_of(spec.ground),
         known=floor_of(known),
-        radius_factors=spec.radius_factors,
+        radius_factors=scene.radius_factors,
         wheel_dofs=(int(at.wheel_qvel[0, 0] - at.root_qvel[0]), int(at.wheel_qvel[0, 1] - at.root_qvel[0])),
         motors=np.ascontiguousarray(at.motors, dtype=np.int64),
         tyres=np.ascontiguousarray(at.tyres, dtype=np.int64),

@@ -4,26 +4,21 @@ from __future__ import annotations
 
 import hashlib
 import math
-from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from pathlib import Path
 
 import mujoco
 import numpy as np
 
-from nhtrack import assets
 from nhtrack.arrays import Array
-from nhtrack.errors import RobotError, did_you_mean
-from nhtrack.robots.diff_drive import DiffDrive, identify
-from nhtrack.robots.diff_drive.identification import Parts, identify_parts
-from nhtrack.simulation.compose import compose, loaded_robot
+from nhtrack.errors import RobotError
+from nhtrack.robots.diff_drive import DiffDrive
+from nhtrack.robots.diff_drive.identification import Parts
+from nhtrack.simulation.compose import compose
 from nhtrack.simulation.fleet import Blueprint, compiled
-from nhtrack.simulation.spec import Payload, SceneSpec
+from nhtrack.simulation.robot_models import RobotModels, read_robot
+from nhtrack.simulation.spec import SceneSpec
 
-__all__ = [
-    "Addresses", "Payload", "Scene", "SceneSpec",
-    "load_robot", "make_scene", "reduced_models", "robot_path", "unit_spec",
-]  # fmt: skip
+__all__ = ["Addresses", "Scene", "SceneSpec", "make_scene", "unit_spec"]
 
 # Robots are placed this far into the floor [m], so that every contact is active in the first step; at exactly zero
 # distance rounding would decide which are, and the robot would fall on the others.
@@ -51,6 +46,7 @@ class Scene:
         model: the compiled model.
         drive: the reduced model that the wheel torques are computed with.
         plant: the reduced model of the robots as they are, with what they carry.
+        radius_factors: radii of the left and the right tyre over the nominal radius, as compiled.
         addresses: where each robot lives in the model's arrays.
         marker: mocap id of the virtual root's marker, or None.
         blueprint: the composed MJCF.
@@ -60,6 +56,7 @@ class Scene:
     model: mujoco.MjModel
     drive: DiffDrive
     plant: DiffDrive
+    radius_factors: tuple[float, float]
     addresses: Addresses
     marker: int | None
     blueprint: Blueprint = field(repr=False)
@@ -92,7 +89,7 @@ class Scene:
         qpos[..., at.root_qpos] = pose[..., 0]
         qpos[..., at.root_qpos + 1] = pose[..., 1]
         qpos[..., at.root_qpos + 2] = height - _TOUCH
-        if self.spec.base == "planar":
+        if self.plant.levelled:
             qpos[..., at.root_qpos + 3] = pose[..., 2]
         else:
             cosine, sine = np.cos(pose[..., 2] / 2), np.sin(pose[..., 2] / 2)
@@ -112,7 +109,8 @@ class Scene:
             sin phi = s q,  q = (r_left - r_right)/(2 b),  hence  s = 1/sqrt(1 + (1 - k^2) q^2).
         """
         radius, half_width, _ = self.model.geom_size[self.addresses.tyres[0, 0]]
-        q = self.spec.wheel_mismatch * self.drive.wheel_radius / self.drive.wheel_separation
+        left, right = self.radius_factors
+        q = (left - right) * self.drive.wheel_radius / self.drive.wheel_separation
         s = 1 / math.sqrt(1 + (1 - (half_width / radius) ** 2) * q**2)
         return s * self.drive.wheel_radius, math.asin(s * q)
 
@@ -128,63 +126,9 @@ class Scene:
         qvel = np.zeros((*pose.shape[:-2], self.model.nv))
         qvel[..., at.root_qvel] = v * np.cos(theta)
         qvel[..., at.root_qvel + 1] = v * np.sin(theta)
-        qvel[..., at.root_qvel + (3 if self.spec.base == "planar" else 5)] = omega
-        qvel[..., at.wheel_qvel] = self.drive.wheel_speeds(v, omega) / self.spec.radius_factors
+        qvel[..., at.root_qvel + (3 if self.plant.levelled else 5)] = omega
+        qvel[..., at.wheel_qvel] = self.drive.wheel_speeds(v, omega) / self.radius_factors
         return qvel
-
-
-def robot_path(robot: str) -> Path:
-    """Returns the MJCF file of a robot named by its folder in models/ or by a path that ends in `.xml`.
-
-    Raises:
-        RobotError: no such robot; the message lists those there are.
-    """
-    if Path(robot).suffix == ".xml":
-        if not Path(robot).is_file():
-            raise RobotError(f"{robot}: no such MJCF file")
-        return Path(robot)
-    if robot not in assets.robots():
-        raise RobotError(f"no robot {robot!r}; {did_you_mean(robot, assets.robots())}")
-    return assets.find_robot(robot)
-
-
-def load_robot(robot: str) -> mujoco.MjModel:
-    """Returns the compiled model of one robot alone.
-
-    Raises:
-        RobotError: no such robot, or MuJoCo cannot compile it.
-    """
-    path = robot_path(robot)
-    try:
-        return mujoco.MjModel.from_xml_path(str(path))
-    except ValueError as error:
-        raise RobotError(f"{path}: MuJoCo cannot compile it: {error}") from error
-
-
-def reduced_models(spec: SceneSpec) -> tuple[DiffDrive, DiffDrive]:
-    """Returns the reduced model that wheel torques are computed with, and that of the robots as they are.
-
-    Raises:
-        RobotError: as `make_scene`.
-    """
-    return _identified(spec, load_robot(spec.robot))
-
-
-def _identified(spec: SceneSpec, alone: mujoco.MjModel) -> tuple[DiffDrive, DiffDrive]:
-    """Returns the reduced models of a spec whose robot alone is compiled."""
-    nominal = plant = _limited(identify(alone), spec)
-    if spec.payload is not None:
-        laden = loaded_robot(robot_path(spec.robot), spec.payload, nominal.wheel_radius, identify_parts(alone))
-        model = _compiled(spec.robot, lambda: mujoco.MjModel.from_xml_string(laden.to_xml_string(), laden.get_assets()))
-        plant = _limited(identify(model), spec)
-    return (plant if spec.compensation == "actual" else nominal), plant
-
-
-def _limited(drive: DiffDrive, spec: SceneSpec) -> DiffDrive:
-    """Returns a reduced model with the motors' limits and the base of a spec."""
-    limits = {"torque_limit": spec.torque_limit, "no_load_speed": spec.no_load_speed}
-    motor = replace(drive.motor, **{name: limit for name, limit in limits.items() if limit is not None})
-    return replace(drive, motor=motor, levelled=spec.base == "planar")
 
 
 def unit_spec(spec: SceneSpec) -> SceneSpec:
@@ -192,32 +136,35 @@ def unit_spec(spec: SceneSpec) -> SceneSpec:
     return replace(spec, robots=spec.robots[-1:], virtual_root=False, colours=spec.colours[-1:])
 
 
-def make_scene(spec: SceneSpec, *, share_materials: bool = False) -> Scene:
+def make_scene(spec: SceneSpec, robot: RobotModels | None = None, *, share_materials: bool = False) -> Scene:
     """Returns the compiled scene of a spec.
 
     Args:
         spec: what to compile.
+        robot: what is known of its robots, where that has been read already.
         share_materials: whether robots have one set of materials, with an accent of each colour; MuJoCo draws no scene
             of more than 999.
 
     Raises:
         RobotError: the robot cannot be found, compiled, driven, or attached.
+        ValueError: what is known is of other robots.
     """
-    alone = load_robot(spec.robot)
-    drive, plant = _identified(spec, alone)
-    parts = identify_parts(alone)
-    blueprint = compose(spec, robot_path(spec.robot), drive, parts, share_materials=share_materials)
-    model = _compiled(spec.robot, lambda: compiled(blueprint))
-    marker = int(model.body(spec.robots[0]).mocapid[0]) if spec.virtual_root else None
-    return Scene(spec, model, drive, plant, _addresses(model, spec, parts), marker, blueprint)
-
-
-def _compiled(robot: str, compile_it: Callable[[], mujoco.MjModel]) -> mujoco.MjModel:
-    """Returns a compiled model with a robot in it."""
+    robot = robot or read_robot(spec)
+    robot.require(spec)
+    blueprint = compose(spec, robot, share_materials=share_materials)
     try:
-        return compile_it()
+        model = compiled(blueprint)
     except ValueError as error:
-        raise RobotError(f"a scene of {robot!r} does not compile: {error}") from error
+        raise RobotError(f"a scene of {spec.robot!r} does not compile: {error}") from error
+    addresses = _addresses(model, spec, robot.parts)
+    marker = int(model.body(spec.robots[0]).mocapid[0]) if spec.virtual_root else None
+    factors = _radius_factors(model, addresses, robot.drive)
+    return Scene(spec, model, robot.drive, robot.plant, factors, addresses, marker, blueprint)
+
+
+def _radius_factors(model: mujoco.MjModel, addresses: Addresses, drive: DiffDrive) -> tuple[float, float]:
+    left, right = (float(model.geom_size[tyre, 0]) / drive.wheel_radius for tyre in addresses.tyres[0])
+    return left, right
 
 
 def _addresses(model: mujoco.MjModel, spec: SceneSpec, parts: Parts) -> Addresses:

@@ -6,25 +6,12 @@ import json
 from dataclasses import asdict, dataclass
 from typing import Any
 
+from pydantic import TypeAdapter
+
 from nhtrack.colours import robot_colour
-from nhtrack.ground import Ground, Patch
-
-__all__ = ["Payload", "SceneSpec"]
-
-
-@dataclass(frozen=True)
-class Payload:
-    """A box of uniform density that every robot carries.
-
-    Attributes:
-        mass: [kg].
-        position: its centre, x and y in the chassis frame and height above the floor [m].
-        size: its edges [m]; zeros for a point.
-    """
-
-    mass: float
-    position: tuple[float, float, float]
-    size: tuple[float, float, float] = (0.0, 0.0, 0.0)
+from nhtrack.effects import Effect, effect_kinds
+from nhtrack.errors import RecordingError, did_you_mean
+from nhtrack.ground import Ground
 
 
 @dataclass(frozen=True)
@@ -41,16 +28,9 @@ class SceneSpec:
         robot_contact: whether robots touch each other.
         virtual_root: whether the root is a marker without a body.
         bounds: rectangle (x_min, x_max, y_min, y_max) [m] that the whole-run cameras frame.
-        base: `free` (a free joint, three supports) or `planar` (held level by slides and a vertical hinge).
-        patches: regions of the floor with a friction of their own.
-        slope: angle of the floor with the horizontal [rad].
-        uphill: direction in which the floor rises [rad].
-        payload: what every robot carries, or None.
-        wheel_mismatch: (r_left - r_right)/r of the tyres; their mean stays r.
-        torque_limit: of each wheel motor [N m], or None for the robot's own.
-        no_load_speed: of each wheel [rad/s], or None for the robot's own.
+        effects: what robots are up against beyond a level, uniform floor and the robot of their file.
         compensation: what the wheel torques are computed for: `nominal` (the robot as its file has it, on a level
-            floor) or `actual` (its payload and the slope as well).
+            floor) or `actual` (what it carries and stands on as well).
         colours: each robot's place in the palette, shape n; empty where a robot's place here is its place there.
     """
 
@@ -63,29 +43,24 @@ class SceneSpec:
     robot_contact: bool = False
     virtual_root: bool = False
     bounds: tuple[float, float, float, float] = (-1.0, 1.0, -1.0, 1.0)
-    base: str = "free"
-    patches: tuple[Patch, ...] = ()
-    slope: float = 0.0
-    uphill: float = 0.0
-    payload: Payload | None = None
-    wheel_mismatch: float = 0.0
-    torque_limit: float | None = None
-    no_load_speed: float | None = None
+    effects: tuple[Effect, ...] = ()
     compensation: str = "nominal"
     colours: tuple[int, ...] = ()
 
     def to_json(self) -> str:
-        """Returns the spec as one line of JSON."""
-        return json.dumps(asdict(self))
+        """Returns the spec as one line of JSON, its effects by their keys."""
+        return json.dumps(asdict(self) | {"effects": {effect.key: asdict(effect) for effect in self.effects}})
 
     @classmethod
     def from_json(cls, text: str) -> SceneSpec:
-        """Returns the spec written by `to_json`; what an older one lacks is at its default."""
+        """Returns the spec written by `to_json`; what an older one lacks is at its default.
+
+        Raises:
+            RecordingError: it has an effect that this version does not know.
+        """
         tree = _frozen(json.loads(text))
-        tree["patches"] = tuple(Patch(**patch) for patch in tree.get("patches", ()))
-        if tree.get("payload") is not None:
-            tree["payload"] = Payload(**tree["payload"])
-        return cls(**tree)
+        effects = tuple(_effect(key, fields) for key, fields in tree.pop("effects", {}).items())
+        return cls(**tree, effects=effects)
 
     @property
     def first_body(self) -> int:
@@ -104,12 +79,19 @@ class SceneSpec:
     @property
     def ground(self) -> Ground:
         """What the robots stand on."""
-        return Ground(self.friction, self.patches, self.slope, self.uphill)
+        ground = Ground(self.friction)
+        for effect in self.effects:
+            ground = effect.ground(ground)
+        return ground
 
-    @property
-    def radius_factors(self) -> tuple[float, float]:
-        """Radii of the left and the right tyre over the nominal radius."""
-        return 1 + self.wheel_mismatch / 2, 1 - self.wheel_mismatch / 2
+
+def _effect(key: str, fields: dict[str, Any]) -> Effect:
+    """Returns an effect of its key and its fields in JSON."""
+    kinds = effect_kinds()
+    if key not in kinds:
+        said = f"made under the physical effect {key!r}, which this version lacks"
+        raise RecordingError(f"{said}; {did_you_mean(key, tuple(kinds))}")
+    return TypeAdapter(kinds[key]).validate_python(fields)
 
 
 def _frozen(tree: Any) -> Any:

@@ -50,12 +50,12 @@ class MujocoSimulation:
         self._warnings, self._sensors = self._engine.warning, self._engine.bind("sensordata")
         self._surface = self._engine.expand("geom_surfacevel") if scene.spec.rate_correction else None
         self._row = FrictionRow.of(scene.model, int(scene.addresses.tyres[0, 0]))
-        self._friction = None if self.ground.is_uniform else self._engine.expand("geom_friction")
+        self._friction = self._engine.expand("geom_friction") if self.ground.patches else None
         self._known_ground = self.ground if scene.spec.compensation == "actual" else Ground()
         motor = self.drive.motor
         self._lag = self._h * motor.stall_torque / (self.drive.wheel_inertia * motor.no_load_speed)
         self._bodies = slice(1, None) if scene.spec.virtual_root else slice(None)
-        self._planar = scene.spec.base == "planar"
+        self._planar = scene.plant.levelled
         self._bind()
 
     def _bind(self) -> None:
@@ -131,7 +131,7 @@ class MujocoSimulation:
             "torque_saturation": (np.abs(self._demand_log - self._torque_log) > 0).mean(axis=0),
             "wheel_speed": wheel_speed,
             "wheel_load": np.ascontiguousarray(force[..., 2]).mean(axis=0),  # summed alike in a batch and alone
-            "longitudinal_slip": drive.wheel_radius * (rolling - wheel_speed * self.scene.spec.radius_factors),
+            "longitudinal_slip": drive.wheel_radius * (rolling - wheel_speed * self.scene.radius_factors),
             "lateral_slip": self._velocity.imag,
             "friction_utilisation": used.max(axis=0),
             "friction_utilisation_predicted": predicted_utilisation(self.scene.plant, self.ground, start, end),

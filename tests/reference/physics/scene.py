@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from pathlib import Path
 
 import mujoco
 import numpy as np
 
-from nhtrack import assets
 from nhtrack.arrays import Array
+from nhtrack.effects.wheel_mismatch import WheelMismatch
 from nhtrack.robots.diff_drive import DiffDrive
-from nhtrack.robots.diff_drive.identification import Parts, identify_parts
-from nhtrack.simulation.scene import SceneSpec, reduced_models
+from nhtrack.robots.diff_drive.identification import Parts
+from nhtrack.simulation.robot_models import read_robot
+from nhtrack.simulation.spec import SceneSpec
 from reference.physics.compose import compose
 
 # Robots are placed this far into the floor [m], so that every contact is active in the first step; at exactly zero
@@ -45,6 +45,11 @@ class Scene:
     addresses: Addresses
     marker: int | None
 
+    @property
+    def radius_factors(self) -> tuple[float, float]:
+        """Radii of the left and the right tyre over the nominal radius."""
+        return 1 + mismatch_of(self.spec) / 2, 1 - mismatch_of(self.spec) / 2
+
     def qpos_of(self, pose: Array, wheel_angle: Array) -> Array:
         """Returns MuJoCo coordinates of robots that stand on the floor, leaning where their wheels are unlike.
 
@@ -61,7 +66,7 @@ class Scene:
         qpos[..., at.root_qpos] = pose[..., 0]
         qpos[..., at.root_qpos + 1] = pose[..., 1]
         qpos[..., at.root_qpos + 2] = height - _TOUCH
-        if self.spec.base == "planar":
+        if self.plant.levelled:
             qpos[..., at.root_qpos + 3] = pose[..., 2]
         else:
             cosine, sine = np.cos(pose[..., 2] / 2), np.sin(pose[..., 2] / 2)
@@ -81,7 +86,7 @@ class Scene:
             sin phi = s q,  q = (r_left - r_right)/(2 b),  hence  s = 1/sqrt(1 + (1 - k^2) q^2).
         """
         radius, half_width, _ = self.model.geom_size[self.addresses.tyres[0, 0]]
-        q = self.spec.wheel_mismatch * self.drive.wheel_radius / self.drive.wheel_separation
+        q = mismatch_of(self.spec) * self.drive.wheel_radius / self.drive.wheel_separation
         s = 1 / math.sqrt(1 + (1 - (half_width / radius) ** 2) * q**2)
         return s * self.drive.wheel_radius, math.asin(s * q)
 
@@ -97,17 +102,21 @@ class Scene:
         qvel = np.zeros((*pose.shape[:-2], self.model.nv))
         qvel[..., at.root_qvel] = v * np.cos(theta)
         qvel[..., at.root_qvel + 1] = v * np.sin(theta)
-        qvel[..., at.root_qvel + (3 if self.spec.base == "planar" else 5)] = omega
-        qvel[..., at.wheel_qvel] = self.drive.wheel_speeds(v, omega) / self.spec.radius_factors
+        qvel[..., at.root_qvel + (3 if self.plant.levelled else 5)] = omega
+        qvel[..., at.wheel_qvel] = self.drive.wheel_speeds(v, omega) / self.radius_factors
         return qvel
+
+
+def mismatch_of(spec: SceneSpec) -> float:
+    """Returns (r_left - r_right)/r of the tyres."""
+    return sum(effect.mismatch for effect in spec.effects if isinstance(effect, WheelMismatch))
 
 
 def make_scene(spec: SceneSpec) -> Scene:
     """Returns the compiled scene of a spec."""
-    drive, plant = reduced_models(spec)
-    robot = Path(spec.robot) if Path(spec.robot).suffix == ".xml" else assets.find_robot(spec.robot)
-    parts = identify_parts(mujoco.MjModel.from_xml_path(str(robot)))
-    arena = compose(spec, robot, drive, parts)
+    robot = read_robot(spec)
+    drive, plant, parts = robot.drive, robot.plant, robot.parts
+    arena = compose(spec, robot.file, drive, parts)
     model = mujoco.MjModel.from_xml_string(arena.to_xml_string(), arena.get_assets())
     marker = int(model.body(spec.robots[0]).mocapid[0]) if spec.virtual_root else None
     return Scene(spec, model, drive, plant, _addresses(model, spec, parts), marker)

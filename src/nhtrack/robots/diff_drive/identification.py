@@ -63,16 +63,20 @@ def identify_parts(model: mujoco.MjModel) -> Parts:
     )
 
 
-def identify(model: mujoco.MjModel) -> DiffDrive:
+def identify(model: mujoco.MjModel, parts: Parts | None = None) -> DiffDrive:
     """Returns the reduced model of the one robot in a compiled model.
 
     Mass, first moment and inertias are read from MuJoCo's own mass matrix at the reference configuration.
+
+    Args:
+        model: the compiled model.
+        parts: its robot's, where they are known already.
 
     Raises:
         RobotError: as `identify_parts`; or wheels that differ, a body origin that is not the axle midpoint, missing
             motor data.
     """
-    parts = identify_parts(model)
+    parts = parts or identify_parts(model)
     data = _at_reference(model)
     chassis = model.body(parts.chassis).id
     radius, half_separation = _wheel_geometry(model, data, chassis, parts)

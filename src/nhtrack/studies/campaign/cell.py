@@ -9,11 +9,11 @@ from functools import cached_property
 import numpy as np
 
 from nhtrack.config.campaign import Campaign
-from nhtrack.config.input import Segment, SignalInput
 from nhtrack.config.law_sections import Law
 from nhtrack.config.robots import FollowerSection, LeaderSection, Start
 from nhtrack.config.scenario import Scenario
 from nhtrack.experiment.build import Experiment, build
+from nhtrack.references import Segment, SignalInput
 from nhtrack.simulation.state import State
 from nhtrack.studies.campaign.draw import Draw, Pieces, draw_pieces, draw_starts
 

@@ -26,7 +26,6 @@ from nhtrack.files.atomic import atomic_path
 from nhtrack.files.folder import is_used, save_json
 from nhtrack.simulation.ideal import IdealSimulation
 from nhtrack.simulation.mujoco import MujocoSimulation, stepped_scene
-from nhtrack.simulation.scene import reduced_models
 from nhtrack.studies.campaign.cell import Cell
 from nhtrack.studies.campaign.outcomes import figures_of, statistics_of
 from nhtrack.studies.campaign.result import CampaignResults, write_campaign_report
@@ -165,12 +164,12 @@ def measure(cell: Cell, starts: slice) -> pd.DataFrame:
 def _simulation(experiment: Experiment, backend: str) -> IdealSimulation | MujocoSimulation:
     spec = experiment.scene
     if backend == "ideal":
-        plant = reduced_models(spec)[1]
+        plant = experiment.robot.plant
         return IdealSimulation(
             experiment.network.names, plant, experiment.dt, spec.ground, virtual_root=True, keep_going=True
         )
     batch = experiment.start.g.shape[:1]
-    return MujocoSimulation(stepped_scene(spec), experiment.dt, batch, spec=spec, keep_going=True)
+    return MujocoSimulation(stepped_scene(spec, experiment.robot), experiment.dt, batch, spec=spec, keep_going=True)
 
 
 def _parts(cell: Cell, folder: Path) -> Iterator[Part]:

@@ -9,13 +9,12 @@ from nhtrack.config.changes import ScenarioChanges
 from nhtrack.config.checks import MOST_PERIODS
 from nhtrack.config.scenario import Scenario
 from nhtrack.errors import FeasibilityError
-from nhtrack.experiment.build import Experiment, build, make_scene_spec
+from nhtrack.experiment.build import Experiment, build, robot_of
 from nhtrack.experiment.compile import compile_once
 from nhtrack.experiment.loop import Progress, Rollout
 from nhtrack.recording.source import Source, load
-from nhtrack.robots.diff_drive import DiffDrive
 from nhtrack.simulation.ideal import IdealSimulation
-from nhtrack.simulation.scene import reduced_models
+from nhtrack.simulation.robot_models import RobotModels
 from nhtrack.studies.feasibility.result import Feasibility
 from nhtrack.terminal.progress import Observer, shown_progress
 
@@ -47,54 +46,54 @@ def feasibility(
 
 
 def _asked_of_robots(scenario: Scenario, progress: Progress) -> Feasibility:
-    drive, auto = plant_of(scenario), scenario.similarity.time == "auto"
-    scenario = with_time(scenario, progress)
-    experiment = build(scenario)
+    robot, auto = robot_of(scenario), scenario.similarity.time == "auto"
+    scenario = with_time(scenario, progress, robot)
+    experiment = build(scenario, robot)
     run, lost = ideal_motion(experiment, progress)
     if lost:
         raise FeasibilityError(f"at similarity.time {scenario.similarity.time_scale:g} the ideal run diverges")
     ground = experiment.scene.ground
-    wanted = demands(experiment, run, drive, ground)
-    bound = bindings(experiment, run, drive, ground.scaled(scenario.similarity.friction_margin))
+    wanted = demands(experiment, run, robot.plant, ground)
+    bound = bindings(experiment, run, robot.plant, ground.scaled(scenario.similarity.friction_margin))
     try:
-        smallest = scenario.similarity.time_scale if auto else fitting_time(scenario, progress)
+        smallest = scenario.similarity.time_scale if auto else fitting_time(scenario, progress, robot)
         return Feasibility(scenario, wanted, bound, smallest)
     except FeasibilityError as error:
         return Feasibility(scenario, wanted, bound, None, str(error))
 
 
-def plant_of(scenario: Scenario) -> DiffDrive:
-    """Returns the reduced model of a scenario's robots as they are, with what they carry and their motors' limits."""
-    return reduced_models(make_scene_spec(scenario))[1]
-
-
-def with_time(scenario: Scenario, progress: Progress | None = None) -> Scenario:
+def with_time(scenario: Scenario, progress: Progress | None = None, robot: RobotModels | None = None) -> Scenario:
     """Returns the scenario with a number for `time: auto`, the smallest that fits; any other as it is.
+
+    Args:
+        scenario: whose time scale.
+        progress: called with the control periods done and their number, anew for every run.
+        robot: see `nhtrack.experiment.build.robot_of`, where it has been read already.
 
     Raises:
         FeasibilityError: none fits.
     """
     if scenario.similarity.time != "auto":
         return scenario
-    return _at_time(scenario, fitting_time(scenario, progress))
+    return _at_time(scenario, fitting_time(scenario, progress, robot))
 
 
-def fitting_time(scenario: Scenario, progress: Progress | None = None) -> float:
+def fitting_time(scenario: Scenario, progress: Progress | None = None, robot: RobotModels | None = None) -> float:
     """Returns the smallest time scale at which the ideal run fits wheels and motors, rounded up to four digits.
 
     One run tells by what factor its motion may be sped up. The control rate stays on the robot's clock, so the run at
     the new time scale differs a little; it is run as well, and again, until a time scale fits in its own run and is no
-    larger than that run asks for.
+    larger than that run asks for. Arguments as in `with_time`.
 
     Raises:
         FeasibilityError: nothing fits, with robot, time and quantity.
     """
-    drive = plant_of(scenario)
+    robot = robot or robot_of(scenario)
     per_unit = scenario.duration * scenario.control_rate  # control periods at T = 1
     floor, ceiling = rounded_up(_FEWEST_PERIODS / per_unit), MOST_PERIODS / per_unit
     time, too_small, fitted = max(_FIRST_PERIODS / per_unit, floor), 0.0, None
     for _ in range(_MOST_RUNS):
-        worst = _worst(_at_time(scenario, time), drive, progress)
+        worst = _worst(_at_time(scenario, time), robot, progress)
         if worst is None and time * per_unit > _MOST_BLIND_PERIODS:
             raise FeasibilityError(f"the ideal run diverges at every time scale tried, up to {time:.3g}")
         if worst is None:
@@ -127,13 +126,13 @@ def _too_long(scenario: Scenario, time: float, worst: Binding) -> str:
     )
 
 
-def _worst(scenario: Scenario, drive: DiffDrive, progress: Progress | None) -> Binding | None:
+def _worst(scenario: Scenario, robot: RobotModels, progress: Progress | None) -> Binding | None:
     """Returns the limit that the robots of a scenario's ideal run meet first, or None for a run that diverges."""
-    experiment = build(scenario)
+    experiment = build(scenario, robot)
     run, lost = ideal_motion(experiment, progress)
     if lost:
         return None
-    found = bindings(experiment, run, drive, experiment.scene.ground.scaled(scenario.similarity.friction_margin))
+    found = bindings(experiment, run, robot.plant, experiment.scene.ground.scaled(scenario.similarity.friction_margin))
     return min(found, key=lambda binding: binding.factor)
 
 

@@ -37,7 +37,7 @@ def fidelity(
     from nhtrack.errors import did_you_mean
     from nhtrack.experiment.compile import compile_once
     from nhtrack.files.folder import claimed_folder
-    from nhtrack.simulation.scene import load_robot
+    from nhtrack.simulation.robot_models import load_robot
     from nhtrack.studies.fidelity.suite import CHECKS, QUICK, run, save, tasks
 
     for name in checks or ():

@@ -12,6 +12,7 @@ import numpy as np
 
 from nhtrack import se2
 from nhtrack.arrays import Array
+from nhtrack.effects.motors import Motors
 from nhtrack.simulation.mujoco import MujocoSimulation
 from nhtrack.simulation.scene import Scene
 from nhtrack.studies.fidelity.bench import Bench, Finding
@@ -49,7 +50,7 @@ def coasting(bench: Bench) -> Iterator[Finding]:
     drive = bench.drive
     top = drive.wheel_radius * drive.motor.no_load_speed
     start = state_of(((0, 0, 0), (0.15 * top, 0.15 * top / drive.half_separation)))
-    simulation = bench.simulation(dt=0.01, torque_limit=_NO_TORQUE)
+    simulation = bench.simulation(dt=0.01, effects=(Motors(torque_limit=_NO_TORQUE),))
     run = drive_open_loop(simulation, np.zeros((300, 1, 2)), start)
     v, omega = run.xi[1:, 0, 0], run.xi[1:, 0, 2]
     kinetic = (drive.m_eff * v * v + drive.J_eff * omega * omega) / 2 - drive.first_moment[1] * v * omega

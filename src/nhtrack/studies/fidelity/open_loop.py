@@ -7,6 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from nhtrack.arrays import Array
+from nhtrack.effects.planar_base import PlanarBase
 from nhtrack.studies.fidelity.bench import Bench, Finding
 from nhtrack.studies.fidelity.motion import PoseError, Weave, middles, open_loop_error, open_loop_errors, weave_within
 
@@ -38,7 +39,7 @@ def open_loop(bench: Bench) -> Iterator[Finding]:
 def planar_base(bench: Bench) -> Iterator[Finding]:
     """Yields the error of the same drive on a planar base."""
     weave = weave_within(bench.drive, SHARE, duration=DURATION)
-    error = open_loop_error(bench.simulation(base="planar"), weave, DURATION)
+    error = open_loop_error(bench.simulation(effects=(PlanarBase(),)), weave, DURATION)
     cause = "leapfrog, as with the free base"
     yield bench.find("planar base: position after 10 s", error.position / path_length(weave), "1", _POSITION, cause)
     yield bench.find("planar base: heading after 10 s", error.heading, "rad", _HEADING, cause)

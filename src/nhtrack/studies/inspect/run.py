@@ -9,7 +9,7 @@ from nhtrack.experiment.limits import motion_limits
 from nhtrack.ground import Ground
 from nhtrack.robots.diff_drive import identify
 from nhtrack.robots.diff_drive.identification import identify_parts
-from nhtrack.simulation.scene import load_robot, robot_path
+from nhtrack.simulation.robot_models import load_robot, robot_path
 from nhtrack.studies.inspect.result import Inspection
 
 

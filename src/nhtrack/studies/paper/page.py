@@ -8,11 +8,11 @@ from fractions import Fraction
 from typing import Any
 
 from nhtrack.analysis.metrics import follower_figures, robot_figures, smallest_separation
-from nhtrack.config.input import SignalInput
 from nhtrack.config.robots import FollowerSection, LeaderSection, Start
 from nhtrack.config.scenario import Scenario
 from nhtrack.presentation.shown import within
 from nhtrack.recording import Recording
+from nhtrack.references import SignalInput
 from nhtrack.settling import settling_limits
 from nhtrack.studies.paper.result import ExampleRuns
 

@@ -18,11 +18,11 @@ from nhtrack.analysis.metrics import summary
 from nhtrack.config.changes import ScenarioChanges, overrides_of
 from nhtrack.config.scenario import Scenario
 from nhtrack.errors import SimulationDiverged
-from nhtrack.experiment.build import Experiment, build
+from nhtrack.experiment.build import Experiment, build, robot_of
 from nhtrack.experiment.compile import compile_once
 from nhtrack.experiment.loop import Rollout
 from nhtrack.experiment.recorder import FullRecorder, Shape
-from nhtrack.experiment.stability import stability_warnings
+from nhtrack.experiment.robot_checks import effect_warnings
 from nhtrack.experiment.storage import storage
 from nhtrack.files.folder import claimed_folder, clear, save_json
 from nhtrack.laws.address import entry_of, runs_as_python
@@ -33,7 +33,7 @@ from nhtrack.robots.diff_drive import DiffDrive
 from nhtrack.simulation.ideal import IdealSimulation
 from nhtrack.simulation.mujoco import MujocoSimulation, stepped_scene
 from nhtrack.simulation.scene import Scene
-from nhtrack.studies.feasibility.run import plant_of, with_time
+from nhtrack.studies.feasibility.run import with_time
 from nhtrack.studies.run.files import make_film, save_run_figures, write_run_report
 from nhtrack.studies.run.result import DivergedError, Outcome
 from nhtrack.terminal.progress import Observer, Stage, shown_progress
@@ -110,11 +110,12 @@ def simulate(scenario: Scenario, stage: Stage | None = None, folder: Path | None
         FeasibilityError: `time: auto`, and no time scale fits.
     """
     compile_once(stage)
+    robot = robot_of(scenario)
     if scenario.similarity.time == "auto":
-        scenario = with_time(scenario, stage("time scale") if stage is not None else None)
-    experiment = build(scenario)
+        scenario = with_time(scenario, stage("time scale") if stage is not None else None, robot)
+    experiment = build(scenario, robot)
     storage(_bytes(experiment), folder)  # told before anything runs
-    drive = plant_of(scenario)
+    drive = robot.plant
     ideal = IdealSimulation(experiment.network.names, drive, experiment.dt, experiment.scene.ground)
     twin = _roll(ideal, experiment, stage, "ideal twin", folder)
     if twin.interrupted:
@@ -122,7 +123,7 @@ def simulate(scenario: Scenario, stage: Stage | None = None, folder: Path | None
     if scenario.backend == "ideal":
         main, scene = twin, None
     else:
-        scene = stepped_scene(experiment.scene)
+        scene = stepped_scene(experiment.scene, robot)
         threads = (os.cpu_count() or 1) if len(experiment.scene.bodies) >= _FLEET else 1
         simulation = MujocoSimulation(scene, experiment.dt, threads=threads, spec=experiment.scene)
         main = _roll(simulation, experiment, stage, "MuJoCo", folder)
@@ -192,7 +193,7 @@ def warnings(scenario: Scenario, experiment: Experiment, twin: Rollout, drive: D
         found = (*found, f"law {scenario.law.name!r} {runs_as_python(interpreted)}")
     if scenario.backend == "ideal":
         return found
-    found = (*found, *stability_warnings(scenario, experiment, drive))
+    found = (*found, *effect_warnings(experiment))
     if twin.failure is not None:
         found = (*found, f"the ideal twin diverged ({twin.failure}): from there on nothing is compared with it")
     return (*found, *predictions(scenario, experiment, twin, drive))

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from nhtrack.config.input import SignalInput, SignalValue, TableInput
 from nhtrack.config.physics import Physics
 from nhtrack.config.robots import Start
 from nhtrack.config.scenario import Scenario
@@ -13,6 +12,7 @@ from nhtrack.plots.graph import graph
 from nhtrack.presentation.notebook import NotebookView, PageImage, drawing, html_of
 from nhtrack.presentation.numbers import seconds
 from nhtrack.presentation.result_table import ResultTable, TableRow
+from nhtrack.references import InputSection, SignalInput, SignalValue, TableInput
 
 _ROBOTS = 12  # rows of a table
 _GRAPH = (3, 40)  # from so many robots to so many, who tracks whom is drawn
@@ -70,12 +70,12 @@ def _keys(scenario: Scenario) -> ResultTable:
     return ResultTable("", ("what", "value", "meaning"), tuple(rows), frozenset({"what", "value", "meaning"}))
 
 
-def _reference(given: Any) -> list[tuple[str, str]]:
+def _reference(given: InputSection) -> list[tuple[str, str]]:
     if isinstance(given, SignalInput):
         return [(_signal(given.u_x), "u_x"), (_signal(given.u_theta), "u_theta")]
     if isinstance(given, TableInput):
         return [(f"a table of {len(given.table.t)} rows", f"until {given.table.t[-1]:g}, {given.interpolation}")]
-    return [(given.csv, "a CSV file")]
+    return [(_value(given.model_dump(mode="json")), given.words)]
 
 
 def _signal(signal: SignalValue) -> str:

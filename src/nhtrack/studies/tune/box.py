@@ -15,6 +15,7 @@ from nhtrack.config.scenario import Scenario
 from nhtrack.errors import NhtrackError
 from nhtrack.experiment.build import build, make_law
 from nhtrack.similarity import Similarity
+from nhtrack.simulation.robot_models import RobotModels
 
 _WIDEN = 0.05  # smallest spread of a generation, in e-folds of a gain
 _DOUBLINGS = 9  # of a sequence of which only some candidates are allowed
@@ -75,9 +76,11 @@ class SearchBox:
         self._random = np.random.default_rng(seed)
 
     @classmethod
-    def of(cls, scenario: Scenario, seed: int, below_bound: bool) -> SearchBox:
-        """Returns the box of a scenario's law."""
-        ranges, size = ranges_of(scenario.law), _size(scenario)
+    def of(
+        cls, scenario: Scenario, seed: int, below_bound: bool, robot: RobotModels | None = None
+    ) -> SearchBox:
+        """Returns the box of a scenario's law; its robot where it has been read already."""
+        ranges, size = ranges_of(scenario.law), _size(scenario, robot)
         if not ranges:
             gain = 'Annotated[float, Gain("1/T", "...", search=(6, 1000))]'
             raise TuningError(f"law {scenario.law.name!r} has no gain with a range to search, such as {gain}")
@@ -119,9 +122,9 @@ class SearchBox:
         raise TuningError("hardly any gains in the ranges keep the law's bounds; allow gains below them")
 
 
-def _size(scenario: Scenario) -> float:
+def _size(scenario: Scenario, robot: RobotModels | None) -> float:
     """Returns the size of an experiment, in scenario units, see `Range`; 1 where nothing moves or is apart."""
-    experiment = build(scenario)
+    experiment = build(scenario, robot)
     start = experiment.start
     gained = experiment.inputs[:, 0] * experiment.dt
     speed = start.xi[0, 0] + np.cumsum(gained) - gained / 2  # at the middle of each period

@@ -17,10 +17,11 @@ import numpy as np
 from nhtrack.arrays import Array
 from nhtrack.config.changes import ScenarioChanges, overrides_of
 from nhtrack.config.scenario import Scenario
+from nhtrack.experiment.build import robot_of
 from nhtrack.experiment.compile import compile_once
 from nhtrack.experiment.loop import Progress
 from nhtrack.recording.source import Source, load
-from nhtrack.studies.feasibility.run import plant_of, with_time
+from nhtrack.studies.feasibility.run import with_time
 from nhtrack.studies.tune.box import SearchBox, TuningError, by_name, require_budget
 from nhtrack.studies.tune.objective import Objective
 from nhtrack.studies.tune.result import Generation, Tuning
@@ -99,9 +100,10 @@ def find_gains(
     require_budget(budget)
     objective = objective or Objective(late=1.0)
     compile_once(stage)
-    scenario = with_time(scenario, stage("time scale") if stage is not None else None)
-    box = SearchBox.of(scenario, seed, below_bound)
-    trial = Trial(scenario, box.names, objective, plant_of(scenario))
+    robot = robot_of(scenario)
+    scenario = with_time(scenario, stage("time scale") if stage is not None else None, robot)
+    box = SearchBox.of(scenario, seed, below_bound, robot)
+    trial = Trial(scenario, box.names, objective, robot)
     report = stage("tuning") if stage is not None else lambda done, total: None
     found, costs, history = _search(trial, box, budget, report)
     order = np.argsort(costs, kind="stable")[:_FINALISTS]

@@ -12,9 +12,9 @@ from nhtrack.arrays import Array
 from nhtrack.config.scenario import Scenario
 from nhtrack.experiment.build import build
 from nhtrack.experiment.loop import Progress
-from nhtrack.robots.diff_drive import DiffDrive
 from nhtrack.settling import settling_limits
 from nhtrack.simulation.ideal import IdealSimulation
+from nhtrack.simulation.robot_models import RobotModels
 from nhtrack.studies.tune.objective import Figures, Objective, figures_of
 
 SEARCH_PERIODS = 2000  # control periods of a search run, at most
@@ -24,8 +24,8 @@ _ROBOT_PERIODS = 2_500_000  # robots x candidates x periods in one batch: some 4
 class Trial:
     """Runs sets of gains side by side and says what they cost."""
 
-    def __init__(self, scenario: Scenario, names: tuple[str, ...], objective: Objective, drive: DiffDrive) -> None:
-        self._scenario, self._names, self._objective, self._drive = scenario, names, objective, drive
+    def __init__(self, scenario: Scenario, names: tuple[str, ...], objective: Objective, robot: RobotModels) -> None:
+        self._scenario, self._names, self._objective, self._robot = scenario, names, objective, robot
         slower = math.ceil(scenario.periods / SEARCH_PERIODS)
         self._search = scenario.model_copy(update={"control_rate": scenario.control_rate / slower})
 
@@ -49,14 +49,15 @@ class Trial:
 
     def _figures(self, scenario: Scenario, batch: Array, progress: Progress) -> Figures:
         """Returns the figures of one batched rollout; NaN for the candidates that lose their robots."""
-        experiment = build(with_gains(scenario, {name: batch[:, i, None] for i, name in enumerate(self._names)}))
+        gains = {name: batch[:, i, None] for i, name in enumerate(self._names)}
+        experiment = build(with_gains(scenario, gains), self._robot)
         simulation = IdealSimulation(experiment.network.names, None, experiment.dt, keep_going=True)
         run = experiment.rollout(simulation, progress, batch=(len(batch),))
         run.require_whole()  # a robot that runs away is a candidate that is lost, and no failure
         bodies = list(robots_with_wheels(experiment).values())
         margin = scenario.similarity.friction_margin
         limits = settling_limits(experiment.similarity.length)
-        figures = figures_of(run, limits, bodies, self._drive, experiment.scene.ground, margin)
+        figures = figures_of(run, limits, bodies, self._robot.plant, experiment.scene.ground, margin)
         return Figures(*(np.where(simulation.lost, np.nan, values) for values in figures))
 
 

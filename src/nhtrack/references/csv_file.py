@@ -4,10 +4,42 @@ from __future__ import annotations
 
 import csv
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any, ClassVar
+
+from pydantic import Field
+
+from nhtrack.references.contract import InputSection, Reference
+from nhtrack.references.table import Interpolation
 
 CSV_COLUMNS = ("t", "u_x", "u_theta")
+
+
+class CsvInput(InputSection):
+    """The leader's input from a file; loading turns it into a table, so a recording carries the numbers."""
+
+    key: ClassVar[str] = "csv"
+    words: ClassVar[str] = "a csv file"
+    csv: str = Field(
+        min_length=1,
+        description="CSV file with the columns t, u_x, u_theta named in its first line, found relative to the scenario",
+    )
+    interpolation: Interpolation = Field(
+        default="previous", description="hold each row until the next, or join rows by lines"
+    )
+
+    @classmethod
+    def resolved(cls, given: Mapping[str, Any], directory: Path) -> Mapping[str, Any]:
+        """Returns a raw section with the file's columns as a table."""
+        if not isinstance(given["csv"], str) or not given["csv"]:
+            return given  # the section's own fault, told by its model
+        rest = {key: value for key, value in given.items() if key != "csv"}
+        return {"table": read_table(directory / given["csv"]), **rest}
+
+    def reference(self) -> Reference:
+        """Raises TypeError: loading makes a table of it."""
+        raise TypeError("a CSV input becomes a table when the scenario is loaded; load it with nhtrack.load")
 
 
 def read_table(path: Path) -> dict[str, list[float]]:

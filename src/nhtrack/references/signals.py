@@ -1,13 +1,17 @@
-"""The section `leader.input`: the leader's accelerations over time."""
+"""The leader's input as two signals, each a number, a formula in t, or a list of segments."""
 
 from __future__ import annotations
 
-from typing import Annotated, Any, TypeAlias
+from collections.abc import Iterator, Mapping
+from typing import Annotated, Any, ClassVar, TypeAlias
 
-from pydantic import AfterValidator, BaseModel, Discriminator, Field, Tag
+import numpy as np
+from pydantic import AfterValidator, Discriminator, Field, Tag
 
-from nhtrack.references import Expression, Interpolation, ReferenceInputError
-from nhtrack.section import Section, fault
+from nhtrack.references.contract import InputSection, Reference, ReferenceInputError, Signal
+from nhtrack.references.expression import Expression, make_signal
+from nhtrack.references.segments import make_segments
+from nhtrack.section import Finding, Section, fault
 
 
 def _formula(text: str) -> str:
@@ -62,56 +66,41 @@ SignalValue: TypeAlias = Annotated[
 ]
 
 
-class SignalInput(Section):
+class SignalInput(InputSection):
     """The leader's input as two signals, each a number, a formula in t, or a list of segments."""
 
+    key: ClassVar[str] = "u_x"
+    words: ClassVar[str] = "u_x and u_theta"
     u_x: SignalValue = Field(description="forward acceleration [scenario length/time^2]")
     u_theta: SignalValue = Field(description="angular acceleration [rad/scenario time^2]")
 
+    def reference(self) -> Reference:
+        """Returns the reference, in scenario units."""
+        return Reference(_signal(self.u_x), _signal(self.u_theta))
 
-class CsvInput(Section):
-    """The leader's input from a file; loading turns it into a table, so a recording carries the numbers."""
-
-    csv: str = Field(
-        min_length=1,
-        description="CSV file with the columns t, u_x, u_theta named in its first line, found relative to the scenario",
-    )
-    interpolation: Interpolation = Field(
-        default="previous", description="hold each row until the next, or join rows by lines"
-    )
-
-
-class Samples(Section):
-    """Columns of equal length."""
-
-    t: Annotated[tuple[float, ...], Field(strict=False, min_length=1)] = Field(
-        description="increasing times [scenario time]"
-    )
-    u_x: Annotated[tuple[float, ...], Field(strict=False)] = Field(
-        description="forward accelerations [scenario length/time^2]"
-    )
-    u_theta: Annotated[tuple[float, ...], Field(strict=False)] = Field(
-        description="angular accelerations [rad/scenario time^2]"
-    )
+    @classmethod
+    def findings(cls, given: Mapping[str, Any], times: np.ndarray | None) -> Iterator[Finding]:
+        """Yields signals that have no finite value at some time."""
+        for name in ("u_x", "u_theta"):
+            signal = _raw_signal(given.get(name))
+            try:
+                if signal is not None and times is not None:
+                    signal(times)
+            except ReferenceInputError as error:
+                yield (name,), str(error)
 
 
-class TableInput(Section):
-    """The leader's input as samples in the file itself."""
-
-    table: Samples = Field(description="the samples")
-    interpolation: Interpolation = Field(
-        default="previous", description="hold each sample until the next, or join them by lines"
-    )
+def _signal(given: SignalValue) -> Signal:
+    if isinstance(given, tuple):
+        return make_segments([(segment.until, segment.value) for segment in given])
+    return make_signal(given)
 
 
-def _input_form(value: Any) -> str:
-    keys = value if isinstance(value, dict) else vars(value) if isinstance(value, BaseModel) else ()
-    return "<csv>" if "csv" in keys else "<table>" if "table" in keys else "<signals>"
-
-
-Input: TypeAlias = Annotated[
-    Annotated[SignalInput, Tag("<signals>")]
-    | Annotated[CsvInput, Tag("<csv>")]
-    | Annotated[TableInput, Tag("<table>")],
-    Discriminator(_input_form),
-]
+def _raw_signal(value: Any) -> Signal | None:
+    """Returns the signal of a raw value of the file, or None where its form is at fault."""
+    try:
+        if isinstance(value, list):
+            return make_segments([(piece.get("until"), piece["value"]) for piece in value])
+        return make_signal(value)
+    except (ReferenceInputError, TypeError, ValueError, KeyError, AttributeError, OverflowError):
+        return None

@@ -1,0 +1,63 @@
+"""An inclined floor. Gravity leans, not the floor, so that poses, contacts and the law live in its plane."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar, Self
+
+from pydantic import Field
+
+from nhtrack.effects.contract import Effect, Standing
+from nhtrack.ground import Ground
+from nhtrack.section import Section
+
+
+class SlopeSection(Section):
+    """An inclined floor. Poses are given in its plane; its normal is what robots take for upwards."""
+
+    angle: float = Field(default=0.0, ge=0, lt=math.pi / 2, description="angle with the horizontal [rad]")
+    uphill: float = Field(default=0.0, description="direction in which the floor rises, from the x axis [rad]")
+
+
+@dataclass(frozen=True)
+class Slope(Effect):
+    """An inclined floor.
+
+    Attributes:
+        angle: with the horizontal [rad].
+        uphill: direction in which the floor rises, from the x axis [rad].
+    """
+
+    angle: float
+    uphill: float = 0.0
+
+    key: ClassVar[str] = "slope"
+    field: ClassVar[tuple[Any, Any]] = (SlopeSection, Field(default=SlopeSection(), description="an inclined floor"))
+
+    @classmethod
+    def of(cls, value: SlopeSection, length: float) -> Self | None:
+        """Returns the slope, an angle in any units."""
+        return cls(value.angle, value.uphill) if value.angle else None
+
+    def ground(self, ground: Ground) -> Ground:
+        """Returns the ground inclined."""
+        return replace(ground, slope=self.angle, uphill=self.uphill)
+
+    def warnings(self, standing: Standing) -> Iterator[str]:
+        """Yields that robots slide or tip where they begin."""
+        friction = standing.ground.friction
+        steepest = math.atan(friction)
+        if self.angle > steepest:
+            yield (
+                f"the slope of {self.angle:.3g} rad is steeper than the friction angle of {steepest:.3g} rad "
+                f"(friction {friction:g}): nothing on it stays where it is"
+            )
+        if standing.plant.levelled:
+            return
+        loads = standing.plant.support_loads(standing.ground.gravity_at(standing.heading))
+        for place, name in enumerate(standing.names):
+            least, part = min((float(load[place]), part) for part, load in loads.items())
+            if least < 0:
+                yield f"{name} starts on a slope too steep to stand on: held there, it would lift its {part}"
