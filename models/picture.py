@@ -5,11 +5,12 @@ from pathlib import Path
 
 from nhtrack import gl
 
-gl.choose_backend()  # before MuJoCo and dm_control look for a display
+gl.choose_backend()  # before MuJoCo looks for a display
 
 import imageio.v3 as iio  # noqa: E402
 import mujoco  # noqa: E402
-from dm_control import mjcf  # noqa: E402
+
+from nhtrack.mjcf import from_path  # noqa: E402
 
 WIDTH, HEIGHT = 720, 405
 
@@ -43,9 +44,9 @@ def draw(
 
 def _model(folder: Path, places: dict[str, tuple[float, float, float]], height: float) -> mujoco.MjModel:
     """Returns the robots in the arena, drawn finer than a film needs."""
-    arena = mjcf.from_path(str(folder.parent / "arena" / "scene.xml"))
+    arena = from_path(folder.parent / "arena" / "scene.xml")
     for index, (colour, (x, y, theta)) in enumerate(places.items()):
-        robot = mjcf.from_path(str(folder / "robot.xml"))
+        robot = from_path(folder / "robot.xml")
         robot.model = f"robot_{index}"
         robot.find("joint", "root").remove()  # a free joint belongs to a top-level body: the frame
         robot.find("material", "accent").rgba = (*(int(colour[i : i + 2], 16) / 255 for i in (1, 3, 5)), 1)

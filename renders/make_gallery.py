@@ -18,7 +18,7 @@ from nhtrack.experiment.load import load
 from nhtrack.recording import Recording
 from nhtrack.studies.compare.laws_file import load_laws
 from nhtrack.studies.compare.result import room_of
-from nhtrack.studies.compare.run import compare
+from nhtrack.studies.compare.run import compare_laws
 from nhtrack.studies.run.run import run
 from nhtrack.video import render
 from nhtrack.video.together import together
@@ -62,7 +62,7 @@ FILMS = {
 def make(name: str) -> Path:
     """Runs a film's scenario and renders it."""
     film = FILMS[name]
-    recording = _compared(film) if film.rivals else run(film.scenario)
+    recording = _compared(film) if film.rivals else run(film.scenario).recording
     speed = float(recording.time[-1]) / film.seconds
     look = {"camera": film.camera, "size": film.size, "fps": FRAMES_PER_SECOND, "speed": speed, "quality": "high"}
     return render(recording, FOLDER / f"{name}.gif", **look, processes=os.cpu_count() or 1)
@@ -72,7 +72,7 @@ def _compared(film: Film) -> Recording:
     """Returns a run in which the followers of all laws drive together."""
     scenario, laws = load_laws(lambda: load(film.scenario), list(film.rivals), load)
     with tempfile.TemporaryDirectory() as folder:
-        found = compare(scenario, laws, Path(folder) / "runs", figures=False, video=False, report=False)
+        found = compare_laws(scenario, laws, Path(folder) / "runs", figures=False, video=False, report=False)
         return together(found.recordings, room_of(list(found.recordings.values())))
 
 

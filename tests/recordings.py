@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from nhtrack import se2
+from nhtrack.experiment.load import load
 from nhtrack.recording import Recording, make_recording
 
 WHEEL_RADIUS, HALF_SEPARATION = 0.016, 0.043  # [m]
@@ -111,7 +112,7 @@ def synthetic_recording(
         "outcome": "completed" if stop is None else "interrupted",
         "parents": {name: [names[0]] if name != names[0] else [] for name in names},
         "torque_limit": TORQUE_LIMIT,
-        "scenario": {"name": "example1", "duration": 20.0},
+        "scenario": load("tour/hello").model_dump(mode="json"),
         "versions": {},
     }
     return make_recording(time[kept], names, {k: v[kept] for k, v in variables.items()}, attributes | changes)

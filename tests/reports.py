@@ -36,14 +36,18 @@ law: {name: published, kp: 1, kd: 3, ke: 0.3, k: 5}
 SCENARIOS = {1: "paper/example1", 63: "stress/formation64"}  # by the number of followers
 
 
+def scenario_tree(followers: int = 1, **changes: Any) -> dict[str, Any]:
+    """Returns the tree of a bundled scenario of so many followers with other sections."""
+    return load(SCENARIOS.get(followers, "tour/hello")).model_copy(update=changes).model_dump(mode="json")
+
+
 def whole_recording(followers: int = 1, **changes: Any) -> Recording:
     """Returns `synthetic_recording` with the variable and the attributes that only a summary and a report ask for."""
-    scenario = load(SCENARIOS.get(followers, "tour/hello")).model_dump(mode="json")
     attributes: dict[str, Any] = {
         "half_separation": HALF_SEPARATION,
         "wheel_radius": WHEEL_RADIUS,
         "no_load_speed": 50.0,
-        "scenario": scenario,
+        "scenario": scenario_tree(followers),
         "model_hash": "0123456789abcdef" * 4,
         "seed": 0,
         "versions": {"python": "3.11.2", "nhtrack": "0.1.0", "mujoco": "3.17.0"},

@@ -16,22 +16,11 @@ def test_the_robot_is_there_and_the_arena_is_no_robot() -> None:
     assert assets.find_robot("nh_mini").is_file()
 
 
-def test_the_paper_s_scenarios_are_there() -> None:
-    expected = {f"paper/{name}" for name in ("example1", "example2", "example3_pi", "example3_minus_pi")}
-    assert expected | {"tour/hello"} <= set(assets.bundled_scenarios())
-    assert assets.find_scenario("paper/example1").name == "example1.yaml"
-
-
 def test_unknown_names_get_the_nearest() -> None:
     with pytest.raises(assets.AssetError, match=r"no robot 'nhmini'; did you mean 'nh_mini'\?"):
         assets.find_robot("nhmini")
     with pytest.raises(assets.AssetError, match=r"did you mean 'paper/example1'\?"):
         assets.find_scenario("paper/exmple1")
-
-
-def test_every_robot_says_what_it_is() -> None:
-    for name in assets.robots():
-        assert 20 < len(assets.robot_description(name)) < 200
 
 
 def test_a_wheel_s_copy_comes_before_the_checkout(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -94,8 +94,9 @@ import ctypes
 import numpy as np
 from nhtrack.compiled import cache_folder
 from nhtrack.laws import law_in
+from nhtrack.laws.address import entry_of
 pointers = [np.full(size, 2.0) for size in (1, 5, 6, 9, 1, 3)]
-command = ctypes.CFUNCTYPE(None, *6 * [ctypes.c_void_p])(law_in({file!r}).entry.command)
+command = ctypes.CFUNCTYPE(None, *6 * [ctypes.c_void_p])(entry_of(law_in({file!r})).command)
 command(*(each.ctypes.data for each in pointers))
 print(pointers[-1].tolist(), cache_folder("laws"))
 """

@@ -72,12 +72,6 @@ def test_osmesa_is_the_fall_back(monkeypatch):
     assert os.environ["MUJOCO_GL"] == os.environ["PYOPENGL_PLATFORM"] == "osmesa"
 
 
-def test_choice_is_kept(monkeypatch):
-    tried = answers(monkeypatch, {"egl"})
-    assert gl.choose_backend() == gl.choose_backend()
-    assert tried == ["egl"]
-
-
 def test_users_backend_is_tried_alone(monkeypatch):
     monkeypatch.setenv("MUJOCO_GL", "OSMesa")
     tried = answers(monkeypatch, {"egl", "osmesa"})

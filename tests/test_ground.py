@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from angles import ANY_ANGLES
 from nhtrack.ground import GRAVITY, LEVEL, Ground, Patch
-from strategies import any_angles
 from tolerances import EPS, HAND
 
 # Sums and products of a handful of terms of the size of gravity.
@@ -42,7 +42,7 @@ class TestPatch:
         assert not covers(DISC, 3.36, -0.64)  # inside the square around it
         assert covers(DISC, 3.35, -0.65)
 
-    @given(st.floats(0, 2), any_angles)
+    @given(st.floats(0, 2), st.sampled_from(ANY_ANGLES.tolist()))
     def test_a_disc_is_round(self, share: float, direction: float) -> None:
         x, y, radius = DISC.disc or ()
         point = (x + share * radius * math.cos(direction), y + share * radius * math.sin(direction))
@@ -72,8 +72,6 @@ class TestFriction:
             assert found[index] in (1.0, 0.1, 0.05)
 
     def test_without_patches_it_is_uniform(self) -> None:
-        assert Ground(0.7).is_uniform
-        assert not Ground(0.7, (DISC,)).is_uniform
         np.testing.assert_array_equal(Ground(0.7).friction_at(np.zeros((3, 2, 2))), np.full((3, 2), 0.7))
 
     @given(st.floats(0.01, 1), st.floats(-4, 4), st.floats(-4, 4))

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import tolerances as tol
-from nhtrack.similarity import Gains, Similarity
+from nhtrack.similarity import Similarity
 
 factors = st.floats(1e-3, 1e3)
 EXAMPLE_1 = Similarity(length=0.004, time=4.0)
@@ -24,10 +24,6 @@ def test_example_1_by_hand() -> None:
     np.testing.assert_allclose(twist, [0.01, 0.0, 0.5], rtol=tol.HAND)
     np.testing.assert_allclose(u, [0.0025, 0.009375], rtol=tol.HAND)
     assert EXAMPLE_1.times_to_robot(20.0) == 80.0
-
-
-def test_gains_by_hand() -> None:
-    assert EXAMPLE_1.scale_gains(kp=16.0, kd=8.0, ke=4.0, k=3.0) == Gains(kp=1.0, kd=2.0, ke=0.25, k=3.0)
 
 
 def test_a_quantity_of_any_unit_by_hand() -> None:
@@ -44,31 +40,6 @@ def test_scenario_and_robot_are_inverse(length: float, time: float) -> None:
     np.testing.assert_allclose(there.twists_to_scenario(there.twists_to_robot(xi)), xi, rtol=tol.ALGEBRA)
     np.testing.assert_allclose(there.inputs_to_scenario(there.inputs_to_robot(u)), u, rtol=tol.ALGEBRA)
     np.testing.assert_allclose(there.times_to_scenario(there.times_to_robot(3.0)), 3.0, rtol=tol.ALGEBRA)
-    np.testing.assert_allclose(there.inverse.poses_to_robot(g), there.poses_to_scenario(g), rtol=tol.ALGEBRA)
-    np.testing.assert_allclose(there.inverse.inputs_to_robot(u), there.inputs_to_scenario(u), rtol=tol.ALGEBRA)
-
-
-@pytest.mark.slow
-@given(factors, factors)
-def test_a_uniformly_accelerated_robot_scales(length: float, time: float) -> None:
-    """x = v t + u t^2/2 and theta alike hold on both sides: velocity, input and time scale consistently."""
-    similarity, t = Similarity(length, time), 1.7
-    xi, u = np.array([0.3, 0.0, -0.8]), np.array([0.9, 0.4])
-    moved = np.array([xi[0] * t + u[0] * t**2 / 2, 0.0, xi[2] * t + u[1] * t**2 / 2])
-    t, xi, u = similarity.times_to_robot(t), similarity.twists_to_robot(xi), similarity.inputs_to_robot(u)
-    robot_moved = np.array([xi[0] * t + u[0] * t**2 / 2, 0.0, xi[2] * t + u[1] * t**2 / 2])
-    np.testing.assert_allclose(robot_moved, similarity.poses_to_robot(moved), rtol=tol.ALGEBRA)
-
-
-def test_the_law_s_acceleration_scales_with_its_gains() -> None:
-    """kp q + kd v of scaled gains on scaled quantities is the scaled acceleration."""
-    kp, kd, ke, k = 11.0, 25.1, 6.0, 3.2
-    q, v = 3.0, -2.0
-    scaled = EXAMPLE_1.scale_gains(kp, kd, ke, k)
-    robot_q = EXAMPLE_1.poses_to_robot(np.array([q, 0.0, 0.0]))[0]
-    robot_v = EXAMPLE_1.twists_to_robot(np.array([v, 0.0, 0.0]))[0]
-    expected = EXAMPLE_1.inputs_to_robot(np.array([kp * q + kd * v, 0.0]))[0]
-    assert scaled.kp * robot_q + scaled.kd * robot_v == pytest.approx(expected, rel=tol.HAND)
 
 
 @pytest.mark.parametrize("factor", [0.0, -1.0, math.nan, math.inf])

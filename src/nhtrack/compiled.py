@@ -30,9 +30,10 @@ _PACKAGE = Path(__file__).parent
 _ROOMS: dict[str, tuple[str, ...]] = {
     "compiled": ("compiled",),
     "planar": ("compiled", "planar"),
+    "settling": ("compiled", "settling"),
     "laws": ("compiled", "planar", "laws"),
     "simulation": ("compiled", "planar", "simulation"),
-    "experiment": ("compiled", "planar", "laws", "simulation", "experiment"),
+    "experiment": ("compiled", "planar", "settling", "laws", "simulation", "experiment"),
 }
 # Division by zero gives an infinity, as in NumPy; no reordering of sums, so that all runs have the same bits.
 _SETTINGS: dict[str, Any] = {"nogil": True, "error_model": "numpy", "fastmath": False}

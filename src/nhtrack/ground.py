@@ -69,11 +69,6 @@ class Ground:
     slope: float = 0.0
     uphill: float = 0.0
 
-    @property
-    def is_uniform(self) -> bool:
-        """Whether friction is the same everywhere."""
-        return not self.patches
-
     def friction_at(self, position: Array) -> Array:
         """Returns the friction coefficient at points of the floor, shape (..., 2) [m] -> (...)."""
         friction = np.full(position.shape[:-1], self.friction)

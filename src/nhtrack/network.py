@@ -93,17 +93,6 @@ class Network:
         folds = tuple(given.get(name, equal_weights(len(parents[name]))) for name in names)
         return cls(names, tuple(tuple(index[parent] for parent in parents[name]) for name in names), folds, levels)
 
-    def folds(self, robots: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Returns parents, shape (m, M), and fold weights, shape (m, M - 1), of m robots of one level as arrays.
-
-        Robots with fewer than M parents repeat their last one with weight 0, which leaves a fold where it is.
-        """
-        most = max(len(self.parents[robot]) for robot in robots)
-        missing = [most - len(self.parents[robot]) for robot in robots]
-        parents = [self.parents[robot] + self.parents[robot][-1:] * n for robot, n in zip(robots, missing, strict=True)]
-        weights = [self.weights[robot] + (0.0,) * n for robot, n in zip(robots, missing, strict=True)]
-        return np.array(parents, dtype=np.intp), np.array(weights).reshape(len(robots), most - 1)
-
 
 def generations(parents: Mapping[str, Sequence[str]]) -> list[list[str]]:
     """Returns the robots of every level, by the length of the longest way from the root, in the order given.

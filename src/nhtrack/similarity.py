@@ -10,18 +10,8 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import NamedTuple
 
 from nhtrack.arrays import Array, namespace, require_last_axis
-
-
-class Gains(NamedTuple):
-    """Gains of the laws: kp [1/s^2], kd [1/s], ke [1/s^2], k [1]."""
-
-    kp: float
-    kd: float
-    ke: float
-    k: float
 
 
 @dataclass(frozen=True)
@@ -43,11 +33,6 @@ class Similarity:
         for name, factor in (("length", self.length), ("time", self.time)):
             if not (math.isfinite(factor) and factor > 0):
                 raise ValueError(f"similarity.{name}: expected a positive number, got {factor}")
-
-    @property
-    def inverse(self) -> Similarity:
-        """The map from the robot back to the scenario: factors 1/L and 1/T."""
-        return Similarity(1.0 / self.length, 1.0 / self.time)
 
     def times_to_robot(self, t: Array) -> Array:
         """Returns times on the robot's clock [s], t T; any shape."""
@@ -82,10 +67,6 @@ class Similarity:
     def inputs_to_scenario(self, u: Array) -> Array:
         """Returns scenario accelerations of robot accelerations, shape (..., 2)."""
         return self._scaled("inputs", u, (self.time**2 / self.length, self.time**2))
-
-    def scale_gains(self, kp: float, kd: float, ke: float, k: float) -> Gains:
-        """Returns the robot's gains of a scenario's gains: kp/T^2, kd/T, ke/T^2, k."""
-        return Gains(kp / self.time**2, kd / self.time, ke / self.time**2, k)
 
     def scale(self, value: float, length: int, time: int) -> float:
         """Returns the robot's value of a scenario's quantity of unit length^length time^time, such as a gain.

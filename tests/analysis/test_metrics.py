@@ -12,10 +12,7 @@ import pytest
 import tolerances as tol
 from nhtrack.analysis.metrics import (
     Separation,
-    heading_error,
     heading_gap,
-    late_rows,
-    position_error,
     position_gap,
     settling_times,
     smallest_separation,
@@ -54,24 +51,7 @@ def with_error(x: np.ndarray, y: np.ndarray | float = 0.0, theta: np.ndarray | f
     return recording(error=error)
 
 
-def poses(*columns: np.ndarray) -> np.ndarray:
-    """Poses (t, robots, 3) of columns (t, 3)."""
-    return np.stack(columns, axis=1)
-
-
 # -- series -----------------------------------------------------------------------------------------
-
-
-def test_position_error_is_the_distance() -> None:
-    error = position_error(with_error(3 * np.ones(21), 4.0))
-    assert error.shape == (21, 2)
-    np.testing.assert_array_equal(error[:, 1], 5.0)
-    assert np.isnan(error[:, 0]).all()
-
-
-def test_heading_error_keeps_its_sign() -> None:
-    theta = np.linspace(-3.0, 3.0, 21)
-    np.testing.assert_array_equal(heading_error(with_error(np.zeros(21), 0.0, theta))[:, 1], theta)
 
 
 def test_gaps_are_to_the_twin_and_count_whole_turns() -> None:
@@ -82,38 +62,24 @@ def test_gaps_are_to_the_twin_and_count_whole_turns() -> None:
     np.testing.assert_allclose(heading_gap(run), np.outer(np.ones(21), [0.0, 2 * math.pi]), rtol=tol.HAND)
 
 
-@pytest.mark.parametrize(
-    ("time", "first"),
-    [
-        (np.linspace(0.0, 10.0, 21), 17),  # 8.5 s is a row
-        (np.linspace(5.0, 15.0, 21), 17),  # clock that does not start at zero
-        (np.linspace(0.0, 10.0, 11), 9),  # 8.5 s lies between two rows
-        (np.array([2.0]), 0),
-        (np.array([0.0, 1.0]), 1),
-    ],
-)
-def test_late_rows_are_the_last_fifteen_per_cent_of_the_time(time: np.ndarray, first: int) -> None:
-    run = recording(time=time)
-    assert np.arange(len(time))[late_rows(run)][0] == first
-
-
 # -- settling ---------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
-    ("x", "expected"),
-    [
-        pytest.param(4 * [1.0] + 2 * [0.04] + 2 * [0.06] + 13 * [0.04], 4.0, id="the last entry into five per cent"),
-        pytest.param([5.0] + 20 * [0.25], 0.5, id="the edge of the band is inside"),
-        pytest.param([1.0, 0.09, 0.09, 2.0] + 17 * [0.09], 2.0, id="of the largest error, not of the first"),
-        pytest.param([1.0] + 19 * [0.01] + [0.06], math.nan, id="outside at its end"),
-        pytest.param(17 * [1.0] + 4 * [0.05], 8.5, id="from the first late row on"),
-        pytest.param(18 * [1.0] + 3 * [0.05], math.nan, id="from one row later"),
-        pytest.param(21 * [0.0], 0.0, id="without error"),
+    ("x", "theta", "expected"),
+    [  # within 5 mm and 0.02 rad, at half of the scenario's size
+        pytest.param(4 * [1.0] + 2 * [0.004] + 2 * [0.006] + 13 * [0.004], 21 * [0.01], 4.0, id="enters twice"),
+        pytest.param(21 * [0.0], 9 * [0.03] + 12 * [-0.02], 4.5, id="heading"),
+        pytest.param(17 * [1.0] + 4 * [0.005], 21 * [0.0], 8.5, id="from the first late row on"),
+        pytest.param(18 * [1.0] + 3 * [0.005], 21 * [0.0], math.nan, id="from one row later"),
+        pytest.param(21 * [0.0], 21 * [0.03], math.nan, id="turned away for good"),
+        pytest.param(21 * [0.0], 21 * [0.0], 0.0, id="without error"),
     ],
 )
-def test_settling_time(x: list[float], expected: float) -> None:
-    np.testing.assert_array_equal(settling_times(with_error(np.array(x))), [np.nan, expected])
+def test_settling_time(x: list[float], theta: list[float], expected: float) -> None:
+    run = with_error(np.array(x), 0.0, np.array(theta))
+    np.testing.assert_array_equal(settling_times(run), [np.nan, expected])
+    assert summary(run)["settling_limits"] == {"position": 0.005, "heading": 0.02}
 
 
 def test_settling_times_are_told_apart() -> None:

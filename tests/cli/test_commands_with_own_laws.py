@@ -84,7 +84,7 @@ def test_run_and_run_again_without_the_file() -> None:
     assert "my_law.py is gone: law 'my_law' is taken from the recording" in said
     first, second = (Recording.load(f"{name}/recording.nc") for name in ("first", "second"))
     assert (first["pose"] == second["pose"]).all()
-    assert first.scenario["law"]["k_x"] == 3
+    assert first.scenario.law.k_x == 3
     law = json.loads(first.dataset.attrs["law"])
     assert (law["name"], law["gains"]["k_x"], law["source"]) == ("my_law", 3, Path("away.py").read_text())
 

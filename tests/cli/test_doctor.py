@@ -63,10 +63,12 @@ def test_broken_ffmpeg(monkeypatch, tmp_path, program, detail, remedy):
 
 
 @pytest.mark.usefixtures("_drawing")
-def test_missing_package(monkeypatch):
+def test_old_python_and_missing_package(monkeypatch):
     monkeypatch.setattr(doctor, "PACKAGES", ("numpy", "no-such-package"))
+    monkeypatch.setattr(doctor, "OLDEST_PYTHON", (4, 2))
     checks = by_name(doctor.report())
     assert checks["numpy"].ok
+    assert (checks["Python"].ok, checks["Python"].remedy) == (False, "install Python 4.2 or newer")
     assert checks["no-such-package"] == doctor.Check(
         "no-such-package", False, "not installed", "pip install no-such-package"
     )
@@ -77,14 +79,8 @@ def test_folder_that_cannot_be_written(monkeypatch):
     def refuse(**_: object) -> None:
         raise PermissionError(13, "Permission denied")
 
-    monkeypatch.setattr(doctor.tempfile, "NamedTemporaryFile", refuse)
+    monkeypatch.setattr(doctor.tempfile, "TemporaryFile", refuse)
     check = by_name(doctor.report())["disk"]
     assert not check.ok
     assert "not writeable (Permission denied)" in check.detail
     assert "--out" in check.remedy
-
-
-def test_report_prints_nothing(capsys, monkeypatch):
-    monkeypatch.setattr(gl, "find_backend", lambda: gl.Probe("egl", "a driver"))
-    doctor.report()
-    assert capsys.readouterr() == ("", "")

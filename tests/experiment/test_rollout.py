@@ -167,6 +167,15 @@ def test_an_interrupted_run_keeps_whole_rows() -> None:
     assert_beginning(cut, whole, rows=kept[-1])
 
 
+def test_a_run_interrupted_before_its_first_row_keeps_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    def interrupt(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(loop, "make_followers", interrupt)
+    with pytest.raises(KeyboardInterrupt):
+        run(CHAIN, periods=5)
+
+
 @pytest.mark.parametrize("calls", [0, 4, 20])
 def test_a_diverging_run_keeps_its_rows_and_says_why(calls: int) -> None:
     done, whole = run(CHAIN, ECHO(breaks=calls), periods=30), run(CHAIN, periods=30)

@@ -12,9 +12,9 @@ from nhtrack.recording import Recording
 from nhtrack.simulation.ideal import IdealSimulation
 from nhtrack.simulation.mujoco import MujocoSimulation
 from nhtrack.simulation.scene import Scene, SceneSpec, make_scene
-from nhtrack.simulation.state import Simulation, State
+from nhtrack.simulation.state import State
 from nhtrack.studies.run.run import simulate
-from simulation_contract import SimulationContract
+from nhtrack.testing import SimulationContract
 from tolerances import TWIN_HEADING_REGRESSION
 
 pytestmark = [pytest.mark.slow, pytest.mark.fidelity]
@@ -44,11 +44,6 @@ def test_pi_and_minus_pi_turn_opposite_ways_on_wheels_too() -> None:
 @cache
 def scene(virtual_root: bool) -> Scene:
     return make_scene(SceneSpec(SimulationContract.names, virtual_root=virtual_root))
-
-
-class TestMujocoSimulation(SimulationContract):
-    def make(self) -> Simulation:
-        return MujocoSimulation(scene(False), self.dt)
 
 
 @pytest.mark.parametrize("virtual_root", [False, True], ids=["real", "virtual"])

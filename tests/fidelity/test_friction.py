@@ -162,7 +162,3 @@ class TestDivergence:
         with pytest.raises(SimulationDiverged, match="tipped over") as caught:
             drive(simulation, np.zeros((100, 3, 1, 2)), State(0.0, np.zeros_like(xi), xi))
         assert caught.value.batch == 1
-
-    def test_friction_that_lets_go_first_keeps_it_upright(self) -> None:
-        simulation = make_simulation(replace(ONE, friction=0.3), dt=0.01)
-        drive(simulation, np.zeros((100, 1, 2)), state(((0, 0, 0), (2.4, 15))))

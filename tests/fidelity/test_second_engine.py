@@ -11,68 +11,19 @@ Coulomb's; a wheel beside it that ought to hold lets go now and then.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from itertools import pairwise
 
 import mujoco
 import numpy as np
 import pytest
 from scipy.optimize import brentq
 
+import tolerances as tol
 from motions import Run, drive, state
 from nhtrack.simulation.mujoco import MujocoSimulation
 from nhtrack.simulation.scene import Scene, SceneSpec, make_scene
 from slip_model import GRAVITY, HELD, SlipRobot, SlipRun, implicit_step, simulate
 
 pytestmark = [pytest.mark.slow, pytest.mark.fidelity]
-
-# -- the second engine against closed forms --------------------------------------------------------
-
-# Constant accelerations are integrated exactly; what is left is the solution of the forces, to 1e-11 of the weight.
-EXACT = 1e-9
-# A method of order 2 at 1 ms over motions of half a second with rates of some 1/s; measured 6e-7 at most.
-SMOOTH = 5e-6
-# The same at 1 ms against a quarter of it, from rolling into a slide and through slips that end, wheel speeds [rad/s]
-# included; measured 5e-6 and 8e-5. Without halved steps 1.5e-2.
-EVENTS = 2e-4
-# Order found by halving steps while wheels slide; measured 1.96 to 1.99.
-SECOND_ORDER = 1.9
-
-# -- MuJoCo against the second engine, at 1 ms -----------------------------------------------------
-
-# Below the limit both roll; MuJoCo's creep and the errors of two methods are left. Measured 3.1e-7 m, 1.2e-7 rad,
-# 5.2e-5 of the weight and 3.2e-4 of utilisation.
-ROLLING_POSITION = 1e-6  # [m]
-ROLLING_HEADING = 5e-7  # [rad]
-ROLLING_LOAD = 1.5e-4
-ROLLING_UTILISATION = 1e-3
-# A wheel has broken away where it slips faster than this [m/s]: twice the creep of MuJoCo's contacts, 1e-5.
-SLIPPING = 2e-5
-# Share of the acceleration or speed at which a limit is met. The two engines meet them within a step of each other,
-# 0.03 %, and the second one meets the closed form of a bend within 0.05 %.
-BREAK_AWAY = 0.002
-# A launch's closed form is met late on a ramp, since heavy wheels take a while to slip by SLIPPING. Measured 0.21 %.
-BREAK_AWAY_ON_A_RAMP = 0.005
-# A sliding wheel bounces, so that a force comes in packets. In half a second the slowest bouncer (warehouse, wheels
-# 2 m/s too fast) touches the floor some seventeen times: a packet more or less is 6 % of a mean.
-BOUNCE = 0.06  # of mean loads and friction; measured 2.0 %
-# Of the distance of a launch, and of its last speed for means over 50 ms, two bounces. Measured 0.34 % and 1.7 %.
-LAUNCH_POSITION = 0.01
-LAUNCH_SPEED = 0.05
-# Of the path and of the turn in the half second after the axle broke away, where friction has the direction of the slip
-# in single steps: an error that falls with the step. Measured 0.92 % and 1.1 %.
-BEND_POSITION = 0.02
-BEND_HEADING = 0.025
-# Of the stopping distance; measured 0.12 % (warehouse), 0.03 % and less (the others).
-STOPPING = 0.005
-# One wheel spins and shakes loose the other, which ought to hold: of the path, of the turn, and side speed over the
-# speed at which the other slides. Measured 0.8 %, 6 % and 2.7 %; it does not fall with the step.
-ONE_WHEEL_POSITION = 0.02
-ONE_WHEEL_HEADING = 0.1
-ONE_WHEEL_DRIFT = 0.05
-# RMS gap after break-away at a quarter of the step over that at 1 ms: a quarter if it fell like the step. Measured 0.46
-# and 0.39; on other floors and robots 0.3 to 0.5.
-CONVERGING = 0.6
-
 
 ROBOT = SlipRobot(
     wheel_radius=0.03,
@@ -107,9 +58,9 @@ class TestClosedForms:
         assert 2 * torque / r > force
         wheel = (torque - r * force / 2) / spin
         expected = 0.3 * np.array([force / ROBOT.mass, 0, 0, wheel, wheel])
-        np.testing.assert_allclose(run.u[-1], expected, rtol=EXACT, atol=EXACT)
-        np.testing.assert_allclose(run.pose[-1, 0], force / ROBOT.mass * 0.3**2 / 2, rtol=EXACT)
-        np.testing.assert_allclose(run.load[:, :2].sum(axis=1) * mu, force, rtol=EXACT)
+        np.testing.assert_allclose(run.u[-1], expected, rtol=tol.EXACT, atol=tol.EXACT)
+        np.testing.assert_allclose(run.pose[-1, 0], force / ROBOT.mass * 0.3**2 / 2, rtol=tol.EXACT)
+        np.testing.assert_allclose(run.load[:, :2].sum(axis=1) * mu, force, rtol=tol.EXACT)
 
     def test_coasting_is_the_chaplygin_sleigh(self) -> None:
         """v = V tanh k t, omega = V sqrt(m_eff/J_eff) sech k t with k = m c_x V/J_eff: it turns its heavy end ahead."""
@@ -127,7 +78,7 @@ class TestClosedForms:
         v, omega = velocity(np.array(start))
         run = simulate(robot, lambda t: NO_TORQUE, robot.rolling(float(v), float(omega)), 1.0 / rate, 0.001)
         v, omega = velocity(start + run.time)
-        np.testing.assert_allclose(run.u[:, [0, 2]], np.stack([v, omega], axis=-1), rtol=0, atol=SMOOTH)
+        np.testing.assert_allclose(run.u[:, [0, 2]], np.stack([v, omega], axis=-1), rtol=0, atol=tol.SMOOTH)
         assert np.abs(run.slip(robot)).max() < HELD
 
     def test_a_spin_in_place(self) -> None:
@@ -138,8 +89,8 @@ class TestClosedForms:
         force = robot.friction * load
         wheel = (0.03 - r * force) / (robot.wheel_inertia + robot.rotor_inertia)
         expected = 0.3 * np.array([0, 0, 2 * force * b / robot.yaw_inertia, -wheel, wheel])
-        np.testing.assert_allclose(run.u[-1], expected, rtol=EXACT, atol=EXACT)
-        np.testing.assert_allclose(run.pose[-1], [0, 0, 0.3 * expected[2] / 2], rtol=EXACT, atol=EXACT)
+        np.testing.assert_allclose(run.u[-1], expected, rtol=tol.EXACT, atol=tol.EXACT)
+        np.testing.assert_allclose(run.pose[-1], [0, 0, 0.3 * expected[2] / 2], rtol=tol.EXACT, atol=tol.EXACT)
 
     def test_a_sliding_block(self) -> None:
         """Wheels too heavy to turn: the robot slides askew, slows by mu g/2, stops and stays where it is."""
@@ -149,82 +100,14 @@ class TestClosedForms:
         run = simulate(robot, lambda t: NO_TORQUE, start, 1.5 * speed / slowing, 0.001)
         moving = run.time < speed / slowing
         speeds = np.where(moving, speed - slowing * run.time, 0)
-        np.testing.assert_allclose(run.u[:, :2], speeds[:, None] * start[:2] / speed, rtol=0, atol=EXACT)
+        np.testing.assert_allclose(run.u[:, :2], speeds[:, None] * start[:2] / speed, rtol=0, atol=tol.EXACT)
         assert np.abs(run.slip(robot)[~moving]).max() < HELD
         # The step in which it stops is halved ten times, and its distance is that of a trapezium.
-        np.testing.assert_allclose(run.pose[-1, :2], speed / slowing / 2 * start[:2], rtol=SMOOTH)
-        np.testing.assert_array_less(np.abs(run.force[-1]), EXACT)
+        np.testing.assert_allclose(run.pose[-1, :2], speed / slowing / 2 * start[:2], rtol=tol.SMOOTH)
+        np.testing.assert_array_less(np.abs(run.force[-1]), tol.EXACT)
 
 
 class TestSecondEngine:
-    def test_order_of_accuracy_while_wheels_slide(self) -> None:
-        ends = [self.end(np.array([0.4, 0.3, 6.0, 11, 15]), 0.03, h) for h in (0.001, 0.0005, 0.00025)]
-        coarse, fine = (np.abs(a - b).max() for a, b in pairwise(ends))
-        assert np.log2(coarse / fine) > SECOND_ORDER
-
-    @pytest.mark.parametrize(
-        ("start", "duration"),
-        [(ROBOT.rolling(0.4, 2.5), 0.17), (np.array([0.5, 0.2, 8.0, 3, 25]), 0.1)],
-        ids=["a bend becomes a slide", "slips end and begin"],
-    )
-    def test_accuracy_through_events(self, start: np.ndarray, duration: float) -> None:
-        coarse, fine = (self.end(start, duration, h) for h in (0.001, 0.00025))
-        np.testing.assert_allclose(coarse, fine, rtol=0, atol=EVENTS)
-
-    def end(self, start: np.ndarray, duration: float, h: float) -> np.ndarray:
-        """Returns pose and velocity at the end of a slide under torques that change."""
-        run = simulate(ROBOT, lambda t: np.array([0.002, 0.004]) + 0.001 * np.sin(10 * t), start, duration, h)
-        assert np.abs(run.slip(ROBOT)[-1]).min() > 0.01
-        return np.concatenate([run.pose[-1], run.u[-1]])
-
-    def test_momenta_change_by_the_impulses_of_the_floor(self) -> None:
-        """Momentum and angular momentum in the world, pitch and roll about the CoM: none of them is solved for."""
-        robot = replace(ROBOT, com=(-0.01, 0.004), products_of_inertia=(-2e-5, 1e-5))
-        start = np.array([0.5, 0.2, 3.0, 10, 25])
-        run = simulate(robot, lambda t: np.array([0.003, -0.002]), start, 0.03, 0.0002)
-        turn = np.exp(1j * run.pose[:, 2])
-        place = run.pose[:, 0] + 1j * run.pose[:, 1]
-        com = place + turn * complex(*robot.com)
-        velocity = turn * (run.u[:, 0] + 1j * run.u[:, 1] + 1j * run.u[:, 2] * complex(*robot.com))
-        momentum = robot.mass * velocity
-        angular = (np.conj(com) * momentum).imag + robot.yaw_inertia * run.u[:, 2]
-        wheel = [1j * robot.half_separation, -1j * robot.half_separation]
-        forces = [turn[1:] * (run.force[:, 2 * i] + 1j * run.force[:, 2 * i + 1]) for i in (0, 1)]
-        moments = [(np.conj(place + turn * arm)[1:] * f).imag for arm, f in zip(wheel, forces, strict=True)]
-        for gained, rate in ((momentum, sum(forces)), (angular, sum(moments))):
-            impulse = np.trapezoid(rate, run.time[1:])
-            assert gained[-1] - gained[1] == pytest.approx(impulse, abs=SMOOTH)
-        self.check_loads(robot, run)
-
-    def check_loads(self, robot: SlipRobot, run: SlipRun) -> None:
-        points = np.array([(0, robot.half_separation), (0, -robot.half_separation), *robot.casters]) - robot.com
-        rate = np.gradient(run.u, run.time, axis=0)[2:-1]
-        u, force, load = run.u[2:-1], run.force[1:-1], run.load[1:-1]
-        (xz, yz), h, spin = robot.products_of_inertia, robot.com_height, robot.wheel_inertia
-        omega, across, along = u[:, 2], force[:, 1] + force[:, 3], force[:, 0] + force[:, 2]
-        roll = load @ points[:, 1] + h * across
-        pitch = -load @ points[:, 0] - h * along
-        np.testing.assert_allclose(load.sum(axis=1), robot.mass * GRAVITY, rtol=EXACT)
-        turning = spin * (u[:, 3] + u[:, 4])
-        np.testing.assert_allclose(roll, -xz * rate[:, 2] + yz * omega**2 - omega * turning, rtol=0, atol=SMOOTH)
-        spin_up = spin * (rate[:, 3] + rate[:, 4])
-        np.testing.assert_allclose(pitch, spin_up - yz * rate[:, 2] - xz * omega**2, rtol=0, atol=SMOOTH)
-
-    def test_wheels_that_hold_share_the_side_force(self) -> None:
-        """Equally, whatever the forces were before; beyond the inner wheel's friction circle the outer bears more."""
-        for omega, inner_is_full in ((2.0, False), (3.5, True)):
-            u, guess = ROBOT.rolling(0.35, omega), np.array([0, 0.3, 0, -0.3])
-            found, force, load = implicit_step(ROBOT, u, 1e-4, NO_TORQUE, guess)
-            assert np.abs(ROBOT.slip_matrix @ found).max() < HELD
-            used = np.hypot(force[::2], force[1::2]) / (ROBOT.friction * load[:2])
-            assert used[1] < 1
-            if inner_is_full:
-                assert used[0] == pytest.approx(1, rel=EXACT)
-                assert force[3] > force[1]
-            else:
-                assert used[0] < 1
-                assert force[3] == pytest.approx(force[1], rel=EXACT)
-
     def test_friction_dissipates_the_most_it_can(self) -> None:
         """Coulomb's law at both wheels, from any state of motion, loads and all."""
         rng, held = np.random.default_rng(5), np.zeros(2, int)
@@ -239,8 +122,9 @@ class TestSecondEngine:
             found, force, load = implicit_step(robot, u, h, torque, np.zeros(4))
             slip, force = (robot.slip_matrix @ found).reshape(2, 2), force.reshape(2, 2)
             limit, size = friction * load[:2], np.linalg.norm(slip, axis=1)
-            assert (np.linalg.norm(force, axis=1) <= limit + EXACT).all()
-            np.testing.assert_allclose((force * slip).sum(axis=1), -limit * size * (size > HELD), rtol=0, atol=EXACT)
+            assert (np.linalg.norm(force, axis=1) <= limit + tol.EXACT).all()
+            work = (force * slip).sum(axis=1)
+            np.testing.assert_allclose(work, -limit * size * (size > HELD), rtol=0, atol=tol.EXACT)
             held += size < HELD
         assert (held > 10).all()  # wheels that hold and wheels that slide are both among them
         assert (held < 90).all()
@@ -429,25 +313,25 @@ class TestLaunch:
         share = np.linspace(0.97, 1.03, 240)
         command = share[:, None] * [launch_limit(driven.straight), 0]
         run = side_by_side(driven.name, driven.straight.friction, command, (0, 0))
-        mujoco = share[first(np.abs(run.seen("longitudinal_slip")).max(axis=1) > SLIPPING)]
-        second = share[first(np.abs(run.second.slip(run.robot)[1:]).max(axis=1) > SLIPPING)]
-        assert mujoco == pytest.approx(second, rel=BREAK_AWAY)
-        assert second == pytest.approx(1, rel=BREAK_AWAY_ON_A_RAMP)
+        mujoco = share[first(np.abs(run.seen("longitudinal_slip")).max(axis=1) > tol.SLIPPING)]
+        second = share[first(np.abs(run.second.slip(run.robot)[1:]).max(axis=1) > tol.SLIPPING)]
+        assert mujoco == pytest.approx(second, rel=tol.LIMIT_MET)
+        assert second == pytest.approx(1, rel=tol.LIMIT_MET_ON_A_RAMP)
 
     def test_history_beyond_the_limit(self, launched: SideBySide) -> None:
         gap = launched.gap()
-        np.testing.assert_allclose(gap[:, 0], 0, rtol=0, atol=LAUNCH_POSITION * launched.pose[-1, 0])
+        np.testing.assert_allclose(gap[:, 0], 0, rtol=0, atol=tol.LAUNCH_POSITION * launched.pose[-1, 0])
         window = round(0.05 / TIMESTEP)
         speeds = (gap[window:, 0] - gap[:-window, 0]) / 0.05
-        np.testing.assert_allclose(speeds, 0, rtol=0, atol=LAUNCH_SPEED * launched.second.u[-1, 0])
-        assert np.abs(launched.second.slip(launched.robot)[-1, ::2]).min() > 1000 * SLIPPING
+        np.testing.assert_allclose(speeds, 0, rtol=0, atol=tol.LAUNCH_SPEED * launched.second.u[-1, 0])
+        assert np.abs(launched.second.slip(launched.robot)[-1, ::2]).min() > 1000 * tol.SLIPPING
 
     def test_mean_load_and_friction_of_sliding_wheels(self, launched: SideBySide) -> None:
         """MuJoCo's against statics with load transfer, and against mu times that."""
         load, used = (launched.seen(name)[50:] for name in ("wheel_load", "friction_utilisation"))
         statics = launched.second.load[50:, :2].mean(axis=0)
-        np.testing.assert_allclose(load.mean(axis=0), statics, rtol=BOUNCE)
-        np.testing.assert_allclose((used * load).mean(axis=0), statics, rtol=BOUNCE)
+        np.testing.assert_allclose(load.mean(axis=0), statics, rtol=tol.BOUNCE)
+        np.testing.assert_allclose((used * load).mean(axis=0), statics, rtol=tol.BOUNCE)
 
 
 class TestBend:
@@ -455,34 +339,34 @@ class TestBend:
         used = bent.second.utilisation(bent.robot)
         rolling = slice(0, first(used.max(axis=1) > 0.99))
         gap = bent.gap()[rolling]
-        np.testing.assert_allclose(gap[:, :2], 0, rtol=0, atol=ROLLING_POSITION)
-        np.testing.assert_allclose(gap[:, 2], 0, rtol=0, atol=ROLLING_HEADING)
+        np.testing.assert_allclose(gap[:, :2], 0, rtol=0, atol=tol.ROLLING_POSITION)
+        np.testing.assert_allclose(gap[:, 2], 0, rtol=0, atol=tol.ROLLING_HEADING)
         weight = bent.robot.mass * GRAVITY
         load = bent.seen("wheel_load")[rolling] / weight
-        np.testing.assert_allclose(load, bent.second.load[rolling, :2] / weight, rtol=0, atol=ROLLING_LOAD)
+        np.testing.assert_allclose(load, bent.second.load[rolling, :2] / weight, rtol=0, atol=tol.ROLLING_LOAD)
         np.testing.assert_allclose(
-            bent.seen("friction_utilisation")[rolling], used[rolling], rtol=0, atol=ROLLING_UTILISATION
+            bent.seen("friction_utilisation")[rolling], used[rolling], rtol=0, atol=tol.ROLLING_UTILISATION
         )
 
     def test_the_inner_wheel_reaches_its_cone(self, bent: SideBySide) -> None:
         used = bent.seen("friction_utilisation"), bent.second.utilisation(bent.robot)
         mujoco, second = (np.argwhere(share > 0.999)[0] for share in used)
         assert mujoco[1] == second[1] == 0
-        assert self.speed(bent, mujoco[0]) == pytest.approx(self.speed(bent, second[0]), rel=BREAK_AWAY)
+        assert self.speed(bent, mujoco[0]) == pytest.approx(self.speed(bent, second[0]), rel=tol.LIMIT_MET)
 
     def test_the_axle_slides(self, bent: SideBySide) -> None:
-        mujoco = first(np.abs(bent.seen("lateral_slip")) > SLIPPING)
-        second = first(np.abs(bent.second.u[1:, 1]) > SLIPPING)
-        assert self.speed(bent, mujoco) == pytest.approx(self.speed(bent, second), rel=BREAK_AWAY)
+        mujoco = first(np.abs(bent.seen("lateral_slip")) > tol.SLIPPING)
+        second = first(np.abs(bent.second.u[1:, 1]) > tol.SLIPPING)
+        assert self.speed(bent, mujoco) == pytest.approx(self.speed(bent, second), rel=tol.LIMIT_MET)
         closed_form = bent.second.u[0, 0] / 0.95
-        assert self.speed(bent, self.break_away(bent)) == pytest.approx(closed_form, rel=BREAK_AWAY)
+        assert self.speed(bent, self.break_away(bent)) == pytest.approx(closed_form, rel=tol.LIMIT_MET)
 
     def test_half_a_second_after(self, bent: SideBySide) -> None:
         after = slice(self.break_away(bent), self.break_away(bent) + round(0.5 / TIMESTEP))
         pose, gap = bent.pose[after], bent.gap()[after]
         path, turn = np.hypot(*np.diff(pose[:, :2], axis=0).T).sum(), pose[-1, 2] - pose[0, 2]
-        assert np.hypot(gap[:, 0], gap[:, 1]).max() < BEND_POSITION * path
-        assert np.abs(gap[:, 2]).max() < BEND_HEADING * turn
+        assert np.hypot(gap[:, 0], gap[:, 1]).max() < tol.BEND_POSITION * path
+        assert np.abs(gap[:, 2]).max() < tol.BEND_HEADING * turn
 
     @staticmethod
     def speed(bent: SideBySide, k: int) -> float:
@@ -502,7 +386,7 @@ def test_stopping_distance_with_sliding_wheels(driven: Driver) -> None:
     run = side_by_side(driven.name, robot.friction, np.tile([-2 * limit, 0], (600, 1)), (start, 0))
     stopped = run.pose[:, 0].max()
     assert stopped > run.pose[-1, 0]
-    assert run.mujoco.g[:, 0, 0].max() == pytest.approx(stopped, rel=STOPPING)
+    assert run.mujoco.g[:, 0, 0].max() == pytest.approx(stopped, rel=tol.STOPPING)
 
 
 def test_one_wheel_spins_and_the_other_holds(driven: Driver) -> None:
@@ -513,15 +397,15 @@ def test_one_wheel_spins_and_the_other_holds(driven: Driver) -> None:
     run = side_by_side(driven.name, robot.friction, np.tile(1.2 * limit * about_left, (250, 1)), (0, 0))
     slip, (x, y, theta), (_, _, turn) = run.second.slip(run.robot), run.gap()[-1], run.pose[-1]
     assert np.abs(slip[:, :2]).max() < HELD
-    assert np.abs(slip[-1, 2]) > 1000 * SLIPPING
-    assert abs(x) < ONE_WHEEL_POSITION * run.pose[-1, 0]
-    assert abs(theta) < ONE_WHEEL_HEADING * turn
-    assert abs(y) / run.second.time[-1] < ONE_WHEEL_DRIFT * np.abs(slip[:, 2]).mean()
+    assert np.abs(slip[-1, 2]) > 1000 * tol.SLIPPING
+    assert abs(x) < tol.ONE_WHEEL_POSITION * run.pose[-1, 0]
+    assert abs(theta) < tol.ONE_WHEEL_HEADING * turn
+    assert abs(y) / run.second.time[-1] < tol.ONE_WHEEL_DRIFT * np.abs(slip[:, 2]).mean()
 
 
 def test_mujoco_comes_closer_with_smaller_steps() -> None:
     """After the axle broke away, where the two differ by a percent: the second engine's side is the right one."""
     coarse, fine = (growing_circle(driver("nh_mini"), 0.27, h) for h in (TIMESTEP, TIMESTEP / 4))
     at_1_ms, at_a_quarter = ((run.gap()[TestBend.break_away(run) :] ** 2).mean(axis=0) ** 0.5 for run in (coarse, fine))
-    assert np.hypot(*at_a_quarter[:2]) < CONVERGING * np.hypot(*at_1_ms[:2])
-    assert at_a_quarter[2] < CONVERGING * at_1_ms[2]
+    assert np.hypot(*at_a_quarter[:2]) < tol.CONVERGING * np.hypot(*at_1_ms[:2])
+    assert at_a_quarter[2] < tol.CONVERGING * at_1_ms[2]

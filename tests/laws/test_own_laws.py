@@ -18,7 +18,7 @@ from nhtrack.config.law_sections import FileLaw
 from nhtrack.errors import ScenarioError, SimulationDiverged
 from nhtrack.experiment.load import load_text
 from nhtrack.laws import Law, LawError, LawKind, law_in, registry
-from nhtrack.laws.address import InterpretedLawWarning
+from nhtrack.laws.address import InterpretedLawWarning, entry_of
 from nhtrack.laws.contract import dimension
 from nhtrack.laws.evaluate import commands, first_memories
 from nhtrack.laws.faults import RESERVED
@@ -198,7 +198,7 @@ def assert_queues(law: Law) -> None:
 @pytest.mark.slow
 def test_memory_holds_tuples_and_helpers_are_compiled_decorated_or_not(tmp_path: Path) -> None:
     law = law_in(written(tmp_path, GAINS + HELPERS + QUEUE + command(SHIFT)))()
-    assert law.kind.entry.interpreted is None
+    assert entry_of(law.kind).interpreted is None
     assert_queues(law)
 
 
@@ -207,7 +207,7 @@ def test_what_cannot_be_compiled_says_why_and_where_and_does_the_same(tmp_path: 
     law = law_in(written(tmp_path, GAINS + HELPERS + queue + command(SHIFT)))()
     expected = r"law 'mine' runs as Python, each call some 250 times slower than compiled: .*IMPORT_NAME.*mine.py:16\)"
     with pytest.warns(InterpretedLawWarning, match=expected):
-        assert law.kind.entry.interpreted is not None
+        assert entry_of(law.kind).interpreted is not None
     assert_queues(law)
 
 
@@ -270,7 +270,7 @@ def test_a_recording_runs_again_with_the_law_it_holds(tmp_path: Path) -> None:
     path = written(tmp_path, GAINS + "    way: int = 1\n" + command())
     text = scenario("{file: mine.py, k: 3}") + "similarity: {length: 2, time: 0.5}\n"
     loaded = load_text(text, directory=tmp_path)
-    first = nhtrack.run(loaded)
+    first = nhtrack.run(loaded).recording
     assert '"gains": {"k": 6.0, "way": 1.0}' in first.dataset.attrs["law"]  # in robot units
     assert load_recorded(first, "it")[1] == ()
     for change in ("changed", "gone"):
@@ -280,7 +280,7 @@ def test_a_recording_runs_again_with_the_law_it_holds(tmp_path: Path) -> None:
             path.unlink()
         again, notes = load_recorded(first, "it")
         assert change in notes[0]
-        second = nhtrack.run(again)
+        second = nhtrack.run(again).recording
         np.testing.assert_array_equal(second["pose"], first["pose"])
         assert again.law.kind.source == loaded.law.kind.source
         assert load_recorded(second, "it")[1] == ()

@@ -9,25 +9,30 @@ from functools import cache
 from typing import NamedTuple
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from array_laws import Leader, Memory, Robots, Universal
 from drives import DRIVE
 from nhtrack import se2
+from nhtrack.config import schema
+from nhtrack.config.campaign import Campaign, Starts
+from nhtrack.config.families import FAMILIES
 from nhtrack.errors import FeasibilityError
 from nhtrack.experiment.build import build
 from nhtrack.experiment.followers import Tracking
 from nhtrack.experiment.limits import motion_limits
 from nhtrack.experiment.load import load, load_text
-from nhtrack.experiment.loop import rollout, run
-from nhtrack.experiment.recorder import Streaming
-from nhtrack.experiment.rows import Rows, named
+from nhtrack.experiment.loop import rollout
 from nhtrack.ground import Ground, Patch
-from nhtrack.laws import Limits, law_in
+from nhtrack.laws import Limits
 from nhtrack.network import Network
 from nhtrack.similarity import Similarity
 from nhtrack.simulation.ideal import IdealSimulation, propagate
 from nhtrack.simulation.state import State
+from nhtrack.studies.campaign.cell import Cell
+from nhtrack.studies.campaign.draw import draw_starts
+from nhtrack.studies.campaign.run import measure
 from nhtrack.studies.feasibility.run import ideal_motion
 from watching import LAWS, watch
 
@@ -46,6 +51,8 @@ OWN_UNITS = Similarity()
 PAIR = {"leader": (), "follower": ("leader",)}
 # What counts as converged, at the scale of 1 m/s and 20 m: [m] and [rad].
 POSITION, HEADING = 0.01, 0.02
+# Changes of the law's modes and winding number in 80 s.
+MOST_SWITCHES = 30
 # Utilisation is sampled in the yaw rate when limits are found; between the samples it is a little higher.
 SAMPLED = 1e-3
 
@@ -163,26 +170,6 @@ def test_docked_follower_does_not_move_away_while_it_turns() -> None:
         assert memory.docked.all()
     assert farthest <= 0.004 + ROUNDING
     assert np.abs(se2.wrap(g[:, 2] - g_0[:, 2])).max() < 1e-6
-
-
-def test_command_where_the_field_cancels_the_leader_s_velocity() -> None:
-    """v_0/c ahead of the leader w is zero: the follower is told to stand still and keep its heading."""
-    field_speed = 1e6  # not saturated: the place is known
-    law = replace(LAW, field_speed=field_speed)
-    follower = Robots(np.array([2.0, 0.0, 0.3]), np.array([0.4, 0.0, 0.0]))
-    leader = Leader(np.zeros(3), np.array([1.0, 0.0, 0.0]), np.zeros(3))
-    u = command(law, Scene(follower, leader))
-    assert np.isfinite(u).all()
-    assert u[0] < 0
-
-
-def test_pi_and_minus_pi_turn_opposite_ways() -> None:
-    """A docked follower with its back to its leader turns the way its unwrapped heading names."""
-    at_rest = Leader(np.zeros(3), np.zeros(3), np.zeros(3))
-    plus, minus = (
-        command(LAW, Scene(Robots(np.array([0.0, 0.0, theta]), np.zeros(3)), at_rest)) for theta in (PI, -PI)
-    )
-    assert plus[1] == -minus[1] < 0
 
 
 def test_gains_that_break_a_bound_are_told() -> None:
@@ -329,144 +316,54 @@ def test_defaults_are_the_gains_that_are_measured_here() -> None:
 # -- what it does in the long run -------------------------------------------------------------------
 
 
-class Family(NamedTuple):
-    """A leader's accelerations [m/s^2, rad/s^2] over time [s], and its twist (v, omega) to start with."""
-
-    u_x: Callable[[np.ndarray], np.ndarray]
-    u_theta: Callable[[np.ndarray], np.ndarray]
-    twist: tuple[float, float] = (0.0, 0.0)
-
-
-def pulse(value: float, begin: float, end: float) -> Callable[[np.ndarray], np.ndarray]:
-    return lambda t: np.where((t >= begin) & (t < end), value, 0.0)
-
-
-def nothing(t: np.ndarray) -> np.ndarray:
-    return np.zeros_like(t)
-
-
-def decay(t: np.ndarray) -> np.ndarray:
-    return -1.0 / (1.0 + t) ** 2
-
-
-FAMILIES = {
-    "rest": Family(nothing, nothing),
-    "line": Family(pulse(0.5, 0, 2), nothing),
-    "circle": Family(pulse(0.5, 0, 2), pulse(0.5, 0, 1)),
-    "sinus": Family(pulse(0.5, 0, 2), lambda t: 0.3 * np.cos(0.5 * t)),
-    "stop-and-go": Family(lambda t: 0.5 * np.sign(np.sin(2 * PI * t / 20)), lambda t: 0.2 * np.cos(0.4 * t)),
-    "forward-reverse": Family(lambda t: 0.5 * np.cos(2 * PI * t / 20), lambda t: 0.1 * np.cos(0.4 * t)),
-    "park": Family(
-        lambda t: pulse(0.5, 0, 2)(t) - pulse(0.5, 20, 22)(t),
-        lambda t: pulse(0.3, 0, 1)(t) - pulse(0.3, 19, 20)(t),
-    ),
-    "spin": Family(nothing, pulse(0.5, 0, 1)),
-    "slow decay": Family(decay, decay, (1.0, 1.0)),
-}
-
-
-def starts(count: int, seed: int) -> tuple[np.ndarray, np.ndarray]:
-    """Poses in a disc of 10 m, any heading, |v|, |omega| <= 1; the first ones antipodal, and on the leader."""
-    rng = np.random.default_rng(seed)
-    radius, bearing = 10 * np.sqrt(rng.uniform(0, 1, count)), rng.uniform(-PI, PI, count)
-    g = np.stack([radius * np.cos(bearing), radius * np.sin(bearing), rng.uniform(-PI, PI, count)], axis=-1)
-    xi = rng.uniform(-1, 1, (count, 3)) * [1, 0, 1]
-    g[0], xi[0] = [0.0, 0.0, 0.0], 0.0
-    g[1], xi[1] = [0.0, 0.0, PI], 0.0
-    g[2], g[3, 2], g[4], g[5, 1] = [0.0, 0.0, -PI], PI, [-5.0, 0.0, -PI], 0.0
-    return g, xi
-
-
-class Chase(Streaming):
-    """What followers of one leader do.
-
-    Attributes:
-        late: largest distance and heading error of the last 15 s, shape (b, 2).
-        switches: of side, gear and docking, shape (b, 3).
-        most: largest |v|, |omega|, |u_x|, |u_theta|, shape (4,).
-        utilisation: largest predicted one.
-    """
-
-    def __init__(self, similarity: Similarity) -> None:
-        self.similarity, self.modes = similarity, None
-        self.late, self.switches, self.most, self.utilisation = 0.0, 0, np.zeros(4), 0.0
-
-    def take(self, first: int, count: int, rows: Rows) -> None:
-        seen = named(rows.table[:, :count, 1].swapaxes(0, 1))
-        modes = rows.memory[:, :count, 1, :3].swapaxes(0, 1)
-        before = modes[:1] if self.modes is None else self.modes
-        self.switches = self.switches + (np.diff(modes, axis=0, prepend=before) != 0).sum(axis=0)
-        self.modes = modes[-1:].copy()
-        motion = np.concatenate([seen["twist"][..., ::2], seen["input"]], axis=-1)
-        motion = motion[np.isfinite(motion).all(axis=(1, 2))].reshape(-1, 4)  # nothing is commanded at the end
-        self.most = np.maximum(self.most, np.abs(motion).max(axis=0, initial=0.0))
-        self.utilisation = max(self.utilisation, DRIVE.friction_utilisation(*motion.T, 1.0).max(initial=0.0))
-        error = np.abs(seen["error"][max(0, 6500 - first) :])
-        distance = np.hypot(error[..., 0], error[..., 1]) / self.similarity.length
-        late = np.stack([distance, error[..., 2]], axis=-1).max(axis=0, initial=0.0)
-        self.late = np.maximum(self.late, late)
-
-    @property
-    def share(self) -> float:
-        return float((self.late <= [POSITION, HEADING]).all(axis=-1).mean())
-
-
-def chase(
-    law: Universal, name: str, count: int, seed: int, similarity: Similarity = OWN_UNITS, noise: bool = False
-) -> Chase:
-    """80 s of a family at 100 periods a second of its own time, from random starts; late errors in its own units."""
-    family, dt = FAMILIES[name], 0.01
-    t = (np.arange(8000) + 0.5) * dt
-    inputs = similarity.inputs_to_robot(np.stack([family.u_x(t), family.u_theta(t)], axis=-1))
-    poses, twists = np.zeros((2, count, 2, 3))
-    poses[:, 1], twists[:, 1] = starts(count, seed)
-    twists[:, 0, 0], twists[:, 0, 2] = family.twist
-    network, obeyed, recorder = Network.from_parents(PAIR), law.bound(), Chase(similarity)
-    if noise:
-        obeyed = replace(obeyed, kind=law_in(LAWS / "noisy_universal.py"))
-    begin = State(0.0, similarity.poses_to_robot(poses), similarity.twists_to_robot(twists))
-    simulation = IdealSimulation(network.names, None, dt * similarity.time, keep_going=True)
-    assert run(simulation, obeyed, network, inputs, begin, recorder) is None
-    assert not simulation.lost.any()
-    return recorder
+CAMPAIGN = Campaign.model_validate({
+    "name": "universal",
+    "laws": {
+        "universal": {"name": "universal"},
+        "noisy": {"file": str(LAWS / "noisy_universal.py")},
+        "sluggish": {"name": "universal", "k1": 2.25, "k2": 3.0},
+        "limited": {"name": "universal", "limits": {"utilisation": 0.5, "speed": 0.6}},
+    },
+    "starts": {"count": 25, "seed": 91, "special": 0.2},
+})  # fmt: skip
 
 
 @cache
-def quiet(name: str) -> Chase:
-    return chase(LAW, name, 25, seed=91)
+def chase(label: str, family: str, similarity: schema.Similarity = CAMPAIGN.similarity) -> pd.DataFrame:
+    """The figures of 80 s of a family from 25 random starts, a fifth of them antipodal or on the leader."""
+    cell = Cell(CAMPAIGN.model_copy(update={"similarity": similarity}), label, family)
+    found = measure(cell, slice(0, CAMPAIGN.starts.count))
+    assert not found["lost"].any()
+    return found
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", FAMILIES)
-def test_every_start_converges(name: str) -> None:
-    """Changes of side are few, of gear and docking a couple for each turn of the leader."""
-    done = quiet(name)
-    assert done.share == 1.0
-    assert done.switches[:, 0].max() <= 2
-    assert done.switches[:, 1:].max() <= 20
+@pytest.mark.parametrize("family", FAMILIES)
+def test_every_start_converges(family: str) -> None:
+    """Changes of side, gear and docking are a couple for each turn of the leader."""
+    found = chase("universal", family)
+    assert found["converged"].all()
+    assert found["switches"].max() <= MOST_SWITCHES
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["rest", "stop-and-go", "forward-reverse"])
-def test_noise_does_not_multiply_switches(name: str) -> None:
+@pytest.mark.parametrize("family", ["rest", "stop-and-go", "forward-reverse"])
+def test_noise_does_not_multiply_switches(family: str) -> None:
     """With 1 mm and 2 mrad of noise on the pose, as many switches as without, and the leader is still reached."""
-    noisy = chase(LAW, name, 25, seed=91, noise=True)
-    assert noisy.share == 1.0
-    assert noisy.switches.max() <= quiet(name).switches.max() + 3
-    assert noisy.switches.mean() <= quiet(name).switches.mean() + 0.5
+    noisy, quiet = chase("noisy", family), chase("universal", family)
+    assert noisy["converged"].all()
+    assert noisy["switches"].max() <= quiet["switches"].max() + 3
+    assert noisy["switches"].mean() <= quiet["switches"].mean() + 0.5
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["circle", "forward-reverse", "park"])
-def test_limited_robot_converges_within_its_limits(name: str) -> None:
+@pytest.mark.parametrize("family", ["circle", "forward-reverse", "park"])
+def test_limited_robot_converges_within_its_limits(family: str) -> None:
     """A fifth of the size, half of the pace: every start converges, and no wheel uses more than its share."""
-    similarity = Similarity(0.2, 2.0)
-    limits = motion_limits(DRIVE, Ground(), 0.5, 0.6)
-    done = chase(replace(scaled(LAW, 0.2, 2.0), limits=limits), name, 25, 93, similarity)
-    bound = [limits.speed, limits.yaw_rate, limits.acceleration, limits.yaw_acceleration]
-    assert done.share == 1.0
-    assert (done.most <= np.array(bound) * (1 + 1e-9)).all()
-    assert done.utilisation <= 0.5 + SAMPLED
+    found = chase("limited", family, schema.Similarity(length=0.2, time=2.0))
+    assert found["converged"].all()
+    assert found["peak_utilisation"].max() <= 0.5 + SAMPLED
+    assert not found["saturated"].any()
 
 
 NETWORKS: dict[str, tuple[dict[str, tuple[str, ...]], list[tuple[float, float]]]] = {
@@ -487,10 +384,8 @@ def test_formation_from_far_starts(network: str) -> None:
     """
     parents, offsets = NETWORKS[network]
     count, dt, robots = 8, 0.01, len(parents)
-    t = (np.arange(8000) + 0.5) * dt
-    family = FAMILIES["circle"]
-    inputs = np.stack([family.u_x(t), family.u_theta(t)], axis=-1)
-    g = starts(count * robots, 95)[0].reshape(count, robots, 3)
+    inputs = Cell(CAMPAIGN, "universal", "circle").experiment(slice(0, 1)).inputs[:, 0]
+    g = draw_starts(Starts(count=count * robots, seed=95)).pose.reshape(count, robots, 3)
     g[:, 0] = 0.0
     graph = Network.from_parents(parents)
     assert graph.names == tuple(parents)
@@ -505,9 +400,8 @@ def test_formation_from_far_starts(network: str) -> None:
 @pytest.mark.slow
 def test_sluggish_heading_misses_a_reversing_leader() -> None:
     """Below the advised k1 >= 36 c^2 some starts do not converge: the warning is not idle."""
-    slow = replace(LAW, k1=2.25, k2=3.0)
-    assert any("36 c^2" in warning for warning in slow.warnings())
-    assert chase(slow, "forward-reverse", 40, 94).share < 1.0
+    assert any("36 c^2" in warning for warning in replace(LAW, k1=2.25, k2=3.0).warnings())
+    assert not chase("sluggish", "forward-reverse")["converged"].all()
 
 
 # Gains of the defaults at the scale of the paper's examples, whose leaders are faster and runs shorter.

@@ -4,52 +4,13 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
 import pytest
 
 import tolerances as tol
-from array_laws import Leader, Published, Robots, Stabiliser
+from array_laws import Published, Stabiliser
 from nhtrack.laws.relative_motion import arctan_ratio
 
 PI = math.pi
-FOLLOWER = Robots(np.array([2.0, 1.0, PI / 2]), np.array([0.5, 0.0, 0.25]))
-LEADER = Leader(np.zeros(3), np.array([1.0, 0.0, 0.5]), np.array([0.3, 0.0, 0.2]))
-
-
-def command(law: Published | Stabiliser, follower: Robots = FOLLOWER, leader: Leader = LEADER) -> np.ndarray:
-    return np.asarray(law(follower, leader, law.init(follower, leader))[0])
-
-
-def test_published_by_hand() -> None:
-    """r = (2, 1), theta01 = pi/2: A^-1 = pi/4 [[1, 1], [-1, 1]], q = pi/4 (3, -1), beta = arctan(1/3)."""
-    kp, kd, ke, k = 2.0, 3.0, 0.5, 4.0
-    beta, attitude = math.atan(1 / 3), math.atan((0.5 * 2) / (1 - 0.5 * 1))
-    u_theta = -ke * (PI / 2 - attitude) - kp * (PI / 2 + k * beta) - kd * (0.25 - 0.5) + 0.2
-    v_x01 = 0.5 - 0.5 * 2  # v_1 - omega_0 r_x sin(pi/2)
-    u_x = -kp * 0.75 * PI - kd * v_x01 + 0.2 * 2  # u_theta0 r_x sin(pi/2)
-    np.testing.assert_allclose(command(Published(kp, kd, ke, k)), [u_x, u_theta], rtol=tol.HAND)
-
-
-def test_full_adds_the_bracket_by_hand() -> None:
-    """-omega_1 v_y01 = -0.25 (1 - 0.5 * 1) to u_x."""
-    gains = (2.0, 3.0, 0.5, 4.0)
-    difference = command(Published(*gains, variant="full")) - command(Published(*gains))
-    np.testing.assert_allclose(difference, [-0.25 * 0.5, 0.0], atol=tol.HAND)
-
-
-def test_lateral_velocity_of_a_leader_is_taken_in() -> None:
-    """With v_y0 = -1 = -omega_0 r_x the carried velocity is along the leader: adjoint attitude 0."""
-    leader = LEADER._replace(xi=np.array([1.0, -1.0, 0.5]))
-    u_theta = -0.5 * PI / 2 - 2 * (PI / 2 + 4 * math.atan(1 / 3)) - 3 * (0.25 - 0.5) + 0.2
-    u_x = -2 * 0.75 * PI - 3 * 0.5 + 0.2 * 2
-    np.testing.assert_allclose(
-        command(Published(2.0, 3.0, 0.5, 4.0), leader=leader), [u_x, u_theta], rtol=tol.HAND
-    )
-
-
-def test_stabiliser_by_hand_looks_at_no_motion_of_the_leader() -> None:
-    expected = [-2 * 0.75 * PI - 3 * 0.5, -2 * (PI / 2 + 4 * math.atan(1 / 3)) - 3 * 0.25]
-    np.testing.assert_allclose(command(Stabiliser(2.0, 3.0, 4.0)), expected, rtol=tol.HAND)
 
 
 @pytest.mark.parametrize(

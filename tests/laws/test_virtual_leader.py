@@ -11,11 +11,10 @@ import numpy as np
 import pytest
 
 import tolerances as tol
-from angles import BRANCH, log_poses
+from angles import log_poses
 from array_laws import Leader, displace, fold
 from nhtrack import se2
 from nhtrack.experiment.followers import Tracking
-from nhtrack.laws.virtual_leader import HYSTERESIS
 from nhtrack.network import Network, equal_weights
 from nhtrack.simulation.state import State
 from watching import watch
@@ -138,17 +137,6 @@ def test_exact_twist_of_several_folds_and_a_place(seed: int) -> None:
 
 
 @pytest.mark.parametrize("combination", TWISTS)
-def test_folded_heading_and_turning_rate_are_linear(combination: str) -> None:
-    """theta_c, omega_c and u_theta,c are the parents' own combination under either twist: turns commute."""
-    a, b, share = motions(1).at(0.0), motions(2).at(0.0), shares()
-    b = b._replace(g=b.g * [1.0, 1.0, 0.5])  # headings less than pi apart
-    c, _ = fold(a, b, share, combination, np.zeros(300))
-    for values, left, right in zip(c, a, b, strict=True):
-        expected = (1 - share) * left[:, 2] + share * right[:, 2]
-        np.testing.assert_allclose(values[:, 2], expected, atol=100 * tol.ALGEBRA)
-
-
-@pytest.mark.parametrize("combination", TWISTS)
 def test_lambda_0_and_1_give_the_parents(combination: str) -> None:
     """To the last bit at 0, to rounding at 1; the heading of the second parent up to whole turns."""
     first = motions(1)
@@ -195,13 +183,6 @@ def unit_parents(count: int, headings_apart: np.ndarray | None = None) -> tuple[
     g = np.stack([radius * np.cos(bearing), radius * np.sin(bearing), theta], axis=-1)
     v, omega = rng.uniform(-1, 1, (2, 2, count))
     return wheel_leader(np.zeros_like(g), v[0], omega[0]), wheel_leader(g, v[1], omega[1])
-
-
-def test_printed_twist_of_random_unit_parents_is_wrong_by_a_metre_a_second() -> None:
-    """No random pair is exact; the worst of 200 000 at lambda = 1/2 is 1.2 m/s, and none exceeds 1.5."""
-    sizes = np.linalg.norm(defect(*unit_parents(200_000), np.full(200_000, 0.5)), axis=-1)
-    assert 1.1 < sizes.max() < 1.5
-    assert 0.1 < np.median(sizes) < 0.15
 
 
 def test_printed_twist_at_its_worst_is_wrong_by_one_and_a_half_metres_a_second() -> None:
@@ -255,14 +236,6 @@ def test_printed_twist_is_exact_for_equal_twists() -> None:
     assert np.abs(defect(a, b._replace(xi=a.xi), share)).max() <= tol.LAW
 
 
-def test_printed_twist_is_exact_where_the_twists_differ_along_the_geodesic() -> None:
-    """xi_b - xi_a parallel to X = log(g_a^-1 g_b): the general case of parents' headings apart."""
-    a, b = unit_parents(500)
-    along = np.random.default_rng(2).uniform(-1, 1, (500, 1)) * se2.log(se2.between(a.g, b.g))
-    share = np.random.default_rng(1).uniform(0, 1, 500)
-    assert np.abs(defect(a, b._replace(xi=a.xi + along), share)).max() <= tol.LAW
-
-
 def test_printed_twist_is_not_exact_for_parents_of_one_rigid_motion() -> None:
     """Two robots fixed to one turning plate, both on wheels, at different radii about its centre.
 
@@ -280,47 +253,6 @@ def test_printed_twist_is_not_exact_for_parents_of_one_rigid_motion() -> None:
         assert worst <= tol.LAW if exact else worst > 0.3
 
 
-# -- folds: branch, parents, shares -----------------------------------------------------------------
-
-
-def test_fold_keeps_its_side_while_headings_tremble_about_pi() -> None:
-    """A plain wrap would send g_c to the opposite heading with every change of sign; memory keeps it where it was."""
-    weight, turns, headings = np.array(0.5), None, []
-    a = Leader(np.zeros(3), np.zeros(3), np.zeros(3))
-    for theta in PI + 1e-3 * np.sin(np.arange(50.0)):
-        b = Leader(np.array([1.0, 0.5, theta]), np.zeros(3), np.zeros(3))
-        folded, turns = fold(a, b, weight, "convex", turns)
-        headings.append(folded.g[2])
-    assert np.ptp(headings) <= 1e-3
-    assert float(turns) == 0.0  # type: ignore[arg-type]
-
-
-def test_fold_changes_its_side_once_and_late() -> None:
-    weight, turns, headings = np.array(0.5), None, []
-    a = Leader(np.zeros(3), np.zeros(3), np.zeros(3))
-    steps = np.linspace(0.0, 2 * PI, 300)
-    for theta in steps:
-        folded, turns = fold(a, a._replace(g=np.array([1.0, 0.5, theta])), weight, "convex", turns)
-        headings.append(folded.g[2])
-    jumps = np.flatnonzero(np.abs(np.diff(headings)) > 1.0)
-    assert len(jumps) == 1
-    assert 0 < steps[jumps[0] + 1] - (PI + HYSTERESIS) <= steps[1]
-
-
-@pytest.mark.parametrize("count", [1, 2, 8])
-@pytest.mark.parametrize("combination", TWISTS)
-def test_equal_weights_give_every_parent_the_same_share(count: int, combination: str) -> None:
-    """Parents abreast of each other with one heading: g_c, v_c and u_c are plain means."""
-    rng = np.random.default_rng(count)
-    g = np.stack([0.3 * np.arange(count), rng.uniform(-5, 5, count), np.full(count, 0.8)], axis=-1)
-    parents = Leader(g, np.zeros((count, 3)), np.zeros((count, 3)))
-    parents.xi[:, 0], parents.u[:, 0] = rng.uniform(-1, 1, (2, count))
-    each = [Leader(*(values[i] for values in parents)) for i in range(count)]
-    found = folded(each, equal_weights(count), combination)
-    for values, given_ in zip(found, parents, strict=True):
-        np.testing.assert_allclose(values, given_.mean(axis=0), atol=tol.HAND)
-
-
 # -- places in a formation --------------------------------------------------------------------------
 
 
@@ -336,28 +268,6 @@ def test_printed_transform_is_the_adjoint_of_gbar() -> None:
     np.testing.assert_allclose(gbar[:, :2], offset, atol=1e3 * tol.ALGEBRA)
     np.testing.assert_allclose(moved.xi, se2.Ad_inverse(gbar, leader.xi), atol=1e3 * tol.ALGEBRA)
     np.testing.assert_allclose(moved.u, se2.Ad_inverse(gbar, leader.u) * [1, 0, 1], atol=1e4 * tol.ALGEBRA)
-
-
-@pytest.mark.parametrize("transform", TRANSFORMS)
-def test_displaced_leader_has_no_lateral_velocity(transform: str) -> None:
-    """Lemma 9's condition: thetabar is the direction that a point fixed in the leader's frame moves in."""
-    leader, offset = motions(1).at(0.0), offset_pairs()
-    moved, _ = displace(leader, offset, transform, 0.0)
-    np.testing.assert_array_equal(moved.xi[:, 1], 0.0)
-    arm = np.column_stack([-offset[:, 1], offset[:, 0]])
-    point = se2.rotate(leader.g[:, 2], leader.xi[:, :2] + leader.xi[:, 2:] * arm)
-    np.testing.assert_allclose(se2.rotate(moved.g[:, 2], moved.xi[:, :2]), point, atol=1e3 * tol.ALGEBRA)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("transform", TRANSFORMS)
-def test_offset_zero_leaves_a_leader_on_wheels(transform: str) -> None:
-    g, xi, u = motions(1).at(0.0)
-    leader = Leader(g, xi * [1, 0, 1], u * [1, 0, 1])
-    moved, rate = displace(leader, np.zeros(2), transform, 0.0)
-    for values, expected in zip(moved, leader, strict=True):
-        np.testing.assert_array_equal(values, expected)
-    np.testing.assert_array_equal(rate, 0.0)
 
 
 def circling(t: float, offset: np.ndarray) -> tuple[Leader, np.ndarray]:
@@ -436,12 +346,6 @@ def test_second_rate_of_thetabar_is_met_at_first_order() -> None:
     np.testing.assert_allclose(np.array(errors[:-1]) / errors[1:], 2.0, atol=tol.ORDER)
 
 
-def test_first_period_has_no_second_rate() -> None:
-    """There is no period before: thetabar'' starts at 0."""
-    leader = circling(0.7 - 0.01, OFFSET)[0]
-    np.testing.assert_array_equal(seen_in_loop(0.01)[0].u, displace(leader, OFFSET, "printed", 0.0)[0].u)
-
-
 # -- places: leaders at rest, turning in place, turning back ----------------------------------------
 
 
@@ -483,17 +387,6 @@ def test_place_of_a_leader_turning_back_keeps_its_heading_within_a_quarter_turn(
     np.testing.assert_allclose(sides[0][1], sides[1][1], atol=1e-8)
 
 
-@pytest.mark.parametrize("speed", [0.999e-3, 1.001e-3])
-def test_thetabar_is_noise_within_its_dead_zone(speed: float) -> None:
-    leader = wheel_leader(np.zeros(3), np.array(0.6 * speed), np.array(0.8 * speed), 0.1, 0.4)
-    moved, rate = displace(leader, np.array([1.0, 0.0]), "exact", 1e-3)
-    if speed < 1e-3:
-        assert (moved.g[2], rate) == (0.0, 0.0)
-    else:
-        assert moved.g[2] == pytest.approx(math.atan(0.8 / 0.6), abs=tol.HAND)
-        assert rate == pytest.approx((0.6 * 0.4 - 0.8 * 0.1) / speed, rel=tol.HAND)
-
-
 def test_offsets_of_the_paper_s_formation_make_a_diamond() -> None:
     """Slip 7: edges 0-1, 0-2, 1-3, 2-3 at equal shares put robot 3 behind the leader, 30 m, on its axis."""
     leader = wheel_leader(np.array([0.0, 0.0, 0.0]), np.array(1.0), np.array(0.0))
@@ -512,14 +405,6 @@ def test_right_jacobian_derivative_is_a_difference() -> None:
     expected = (se2.right_jacobian(X + h * direction) - se2.right_jacobian(X - h * direction)) / (2 * h)
     scale = tol.FINITE_DIFFERENCE * (1.0 + np.abs(X).max(axis=1))
     assert_near(se2.right_jacobian_derivative(X, direction), expected, scale)
-
-
-def test_right_jacobian_derivative_along_itself_keeps_what_it_turns_about() -> None:
-    """J_r(sX) sX = sX for every s, so its derivative leaves DJ_r(X)[X] X = 0."""
-    X = np.column_stack([np.full_like(BRANCH, 0.7), np.full_like(BRANCH, -1.3), BRANCH])
-    turn = np.random.default_rng(1).uniform(-2.0, 2.0, (len(X), 1))
-    found = se2.right_jacobian_derivative(X, turn * X) @ X[..., None]
-    np.testing.assert_allclose(found, 0.0, atol=100 * tol.COEFFICIENT)
 
 
 @pytest.mark.parametrize("shape", [(), (3,), (2, 0), (2, 4)])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import json
 import re
 from collections.abc import Iterable
 from pathlib import Path
@@ -12,9 +13,13 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from nhtrack import assets
 from nhtrack.errors import RecordingError
-from nhtrack.files.atomic import atomic_path
+from nhtrack.experiment.build import build
+from nhtrack.experiment.load import load
+from nhtrack.laws import LawError
 from nhtrack.recording import FORMAT_VERSION, VARIABLES, Recording, make_recording
+from nhtrack.recording.scenario import LawText, read_scenario
 
 ROBOTS = ("leader", "follower")
 SOME = ("leader_pose", "tilt", "wheel_torque")
@@ -27,7 +32,7 @@ ATTRIBUTES: dict[str, Any] = {
     "outcome": "completed",
     "model_hash": "3f",
     "parents": {"leader": [], "follower": ["leader"]},
-    "scenario": {"name": "example1", "duration": 20.0, "leader": {"start": {"pose": [0, 0, 0.1]}}},
+    "scenario": load("tour/hello").model_dump(mode="json"),
     "versions": {"nhtrack": "0.1.0", "mujoco": "3.17.0"},
 }
 
@@ -74,12 +79,6 @@ def test_every_bit_comes_back(loaded: Recording) -> None:
     assert loaded.dataset.attrs == sample().dataset.attrs
 
 
-@pytest.mark.slow
-def test_loaded_twice_and_saved_again_is_the_same(loaded: Recording, tmp_path: Path) -> None:
-    again = Recording.load(loaded.save(tmp_path / "recording.nc"))
-    assert_same_bits(again.dataset, loaded.dataset)
-
-
 def test_run_that_ended_at_once_is_a_recording_too(tmp_path: Path) -> None:
     before = sample(0, SOME, outcome="interrupted")
     after = Recording.load(before.save(tmp_path / "recording.nc"))
@@ -96,11 +95,48 @@ def test_properties_read_what_was_stored(loaded: Recording) -> None:
     assert recording.parents == {"leader": (), "follower": ("leader",)}
     assert (recording.length_scale, recording.time_scale) == (0.004, 4.0)
     assert recording.outcome == "completed"
-    assert recording.scenario == ATTRIBUTES["scenario"]
+    assert recording.scenario == load("tour/hello")
     assert recording.versions == ATTRIBUTES["versions"]
-    assert recording.dataset.attrs["seed"] == 7
+    assert (recording.seed, recording.model_hash, recording.law, recording.divergence) == (7, "3f", None, None)
     np.testing.assert_array_equal(recording.time, [0.0, 0.01, 0.02, 0.03, 0.04])
     assert repr(recording) == "Recording('example1', 2 robots, 0.04 s, backend='mujoco')"
+
+
+@pytest.mark.parametrize("name", assets.bundled_scenarios())
+def test_a_scenario_comes_back_as_what_it_was(name: str) -> None:
+    scenario = load(name)
+    assert read_scenario(json.dumps(scenario.model_dump(mode="json"))) == scenario
+
+
+def test_a_law_of_ones_own_is_read_and_not_run() -> None:
+    tree = ATTRIBUTES["scenario"] | {"law": {"file": "/gone/mine.py", "name": "mine", "k": 3.0, "inner": {"far": 1.0}}}
+    text = {"name": "mine", "file": "/gone/mine.py", "sha256": "", "source": "raise SystemExit", "gains": {"k": 6.0}}
+    recording = sample(names=SOME, scenario=tree, law=text)
+    assert recording.scenario.model_dump(mode="json") == tree
+    assert recording.scenario.law.k == 3.0
+    assert recording.law == LawText(**text)
+    with pytest.raises(LawError, match=r"law 'mine' is not the package's own.*load_recorded"):
+        build(recording.scenario)
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"turns": 3}, r"turns: unknown key"),
+        ({"law": {"name": "published", "kq": 1}, "duration": -1}, r"duration: .*greater than 0.*law.kq: unknown key"),
+        ({"law": {}}, r"law: expected a section with a `name`"),
+    ],
+)
+def test_a_scenario_of_another_version_is_told_key_by_key(changes: dict[str, Any], said: str) -> None:
+    with pytest.raises(RecordingError, match=f"not one that this version reads: .*{said}"):
+        sample(names=SOME, scenario=ATTRIBUTES["scenario"] | changes).scenario  # noqa: B018 - raises
+
+
+def test_a_recording_without_a_scenario_says_so() -> None:
+    recording = sample(names=SOME)
+    del recording.dataset.attrs["scenario"]
+    with pytest.raises(RecordingError, match="does not say which scenario"):
+        recording.scenario  # noqa: B018 - raises
 
 
 def test_variables_carry_units_and_named_components() -> None:
@@ -183,24 +219,6 @@ def test_text_file_is_refused(tmp_path: Path) -> None:
         Recording.load(path)
 
 
-@pytest.mark.parametrize("failure", [KeyboardInterrupt(), OSError(errno.ENOSPC, "No space left on device")])
-@pytest.mark.parametrize("old", [None, b"the old file"])
-def test_failed_write_leaves_all_as_it_was(tmp_path: Path, failure: BaseException, old: bytes | None) -> None:
-    target = tmp_path / "recording.nc"
-    if old is not None:
-        target.write_bytes(old)
-
-    def write_half() -> None:
-        with atomic_path(target) as temporary:
-            temporary.write_bytes(b"half")
-            raise failure
-
-    with pytest.raises(type(failure)):
-        write_half()
-    assert [path.name for path in tmp_path.iterdir()] == ([] if old is None else ["recording.nc"])
-    assert old is None or target.read_bytes() == old
-
-
 def test_full_disk_while_saving_leaves_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The disk fills while the file is written: stopped half way."""
     write = Path.write_bytes
@@ -213,23 +231,3 @@ def test_full_disk_while_saving_leaves_nothing(tmp_path: Path, monkeypatch: pyte
     with pytest.raises(OSError, match="No space left"):
         sample(names=SOME).save(tmp_path / "recording.nc")
     assert list(tmp_path.iterdir()) == []
-
-
-def test_target_appears_only_when_it_is_whole(tmp_path: Path) -> None:
-    target = tmp_path / "result.json"
-    with atomic_path(target) as temporary:
-        temporary.write_text("{}")
-        assert not target.exists()
-        assert (temporary.parent, temporary.suffix) == (tmp_path, ".json")
-    assert target.read_text() == "{}"
-    ordinary = tmp_path / "ordinary"
-    ordinary.touch()
-    assert target.stat().st_mode == ordinary.stat().st_mode
-
-
-def test_saving_again_replaces(tmp_path: Path) -> None:
-    path = tmp_path / "recording.nc"
-    sample(3, SOME).save(path)
-    sample(4, SOME).save(path)
-    assert Recording.load(path).time.size == 4
-    assert [entry.name for entry in tmp_path.iterdir()] == ["recording.nc"]

@@ -111,11 +111,11 @@ def _limits(scenario: Scenario) -> Limits | None:
 def _law(law: LawSection, similarity: Similarity, limits: Limits | None) -> Law:
     match law.name:
         case "published":
-            gains = similarity.scale_gains(law.kp, law.kd, law.ke, law.k)
+            gains = law.kp / similarity.time**2, law.kd / similarity.time, law.ke / similarity.time**2, law.k
             return Published(*gains, law.variant, law.hysteresis, law.dead_zone.length, law.dead_zone.speed)
         case "stabiliser":
-            gains = similarity.scale_gains(law.kp, law.kd, 0.0, law.k)
-            return Stabiliser(gains.kp, gains.kd, gains.k, law.hysteresis, law.dead_zone.length)
+            gains = law.kp / similarity.time**2, law.kd / similarity.time, law.k
+            return Stabiliser(*gains, law.hysteresis, law.dead_zone.length)
         case "universal":
             length, time = similarity.length, similarity.time
             return Universal(

@@ -91,6 +91,7 @@ def test_any_formula_is_bit_for_bit_what_python_makes_of_it(text: str) -> None:
         ("__import__('os')", "unknown function '__import__'"),
         ("t" + "+t" * 1000, "may have 1000 characters"),
         ("1" * 400, "too large"),
+        ("-" * 990 + "t", "may be nested 200 deep"),
     ],
 )
 def test_what_is_not_a_formula_is_refused_when_it_is_written(text: str, message: str) -> None:

@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 
+from nhtrack.config.video import Video
 from nhtrack.recording import Recording
 from opened import Opened, Opener
-from reports import whole_recording, write_pictures, write_report
+from reports import scenario_tree, whole_recording, write_pictures, write_report
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser
@@ -137,12 +138,11 @@ def has_h264(opened: Opened) -> bool:
     return bool(opened.page.evaluate("kind => document.createElement('video').canPlayType(kind)", kind))
 
 
-def test_film_and_slider_move_each_other(open_report: Opener, recording: Recording, tmp_path: Path) -> None:
+def test_film_and_slider_move_each_other(open_report: Opener, tmp_path: Path) -> None:
     """40 of 80 s of the robot in 51 frames at 25 a second: 2 s of film, at 20 times the robot's speed."""
     film = write_pictures(tmp_path / "video.mp4", 51)
-    scenario = recording.scenario | {"video": {"camera": "group", "fps": 25, "speed": 20.0}}
-    dataset = recording.dataset.assign_attrs(scenario=json.dumps(scenario))
-    opened = open_report(write_report(Recording(dataset), tmp_path / "report.html", film=film))
+    recording = whole_recording(3, samples=401, scenario=scenario_tree(video=Video(fps=25, speed=20.0)))
+    opened = open_report(write_report(recording, tmp_path / "report.html", film=film))
     if not has_h264(opened):
         pytest.skip("this browser was built without H.264")
     page, clip = opened.page, opened.page.locator("video")
@@ -168,7 +168,7 @@ def test_film_and_slider_move_each_other(open_report: Opener, recording: Recordi
 
 
 def test_a_run_gone_wild_is_shown_and_names_stay_text(open_report: Opener, tmp_path: Path) -> None:
-    recording = whole_recording(1, samples=101, name=HOSTILE, scenario={"name": HOSTILE, "description": HOSTILE})
+    recording = whole_recording(1, samples=101, name=HOSTILE, scenario=scenario_tree(description=HOSTILE))
     recording["pose"].values[90:, 1, 0] = 1e30
     recording["ideal_pose"].values[50:] = np.nan
     names = np.array(["<img src=x onerror=alert(2)>", "</script><script>alert(3)</script>"], dtype=object)

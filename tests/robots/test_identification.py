@@ -6,11 +6,9 @@ import mujoco
 import numpy as np
 import pytest
 
-from nhtrack import assets
 from nhtrack.errors import RobotError
-from nhtrack.robots.diff_drive import DiffDrive, identify
+from nhtrack.robots.diff_drive import identify
 from nhtrack.robots.diff_drive.identification import identify_parts
-from nhtrack.simulation.robot_models import load_robot
 from tolerances import HAND
 
 CART = """
@@ -109,10 +107,6 @@ class TestNumbers:
             (f'<joint name="{side}_axle"', f'<joint name="{side}_axle" armature="3e-4"') for side in SIDES
         ]
         assert identify(cart(*axles)).wheel_inertia == pytest.approx(5e-4, rel=HAND)
-
-    @pytest.mark.parametrize("robot", assets.robots())
-    def test_every_bundled_robot_is_one(self, robot: str) -> None:
-        assert isinstance(identify(load_robot(robot)), DiffDrive)
 
 
 SIDES = ("left", "right")

@@ -7,20 +7,15 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
-from hypothesis import example, given, settings
-from hypothesis import strategies as st
-from hypothesis.extra import numpy as hnp
 from scipy.integrate import solve_ivp
 
-import strategies as draw
 import tolerances as tol
+from angles import ANY_ANGLES, poses, twists
 from drives import DRIVE
-from nhtrack import se2
 from nhtrack.errors import SimulationDiverged
 from nhtrack.ground import Ground
-from nhtrack.simulation.ideal import IdealSimulation, propagate
-from nhtrack.simulation.state import Simulation, State
-from simulation_contract import SimulationContract
+from nhtrack.simulation.ideal import IdealSimulation
+from nhtrack.simulation.state import State
 
 pytestmark = pytest.mark.property
 
@@ -52,14 +47,14 @@ class Motion(NamedTuple):
         return tol.ANGLE_SUM * (abs(self.g[2]) + turned)
 
 
-@st.composite
-def motions(draw_: st.DrawFn, angles: st.SearchStrategy[float] = draw.any_angles) -> Motion:
-    """Motions that turn less than pi in the period, from any pose."""
-    dt = draw_(draw.log_uniform(1e-4, 1.0))
-    turns = st.floats(-2.0, 2.0)  # omega dt and u_theta dt^2: together up to 3 rad
-    xi = np.array([draw_(draw.lengths), 0.0, draw_(turns) / dt])
-    u = np.array([draw_(draw.lengths) / dt, draw_(turns) / dt**2])
-    return Motion(draw_(draw.triples(angles)), xi, u, dt)
+def motions() -> list[Motion]:
+    """Motions of any size that turn less than pi in the period, from any pose, and one that turns by all of it."""
+    rng = np.random.default_rng(6)
+    found = [Motion(np.array([0.0, 0.0, math.pi]), np.array([1.0, 0.0, -3.0]), np.array([1.0, 3.0]), 1.0)]
+    for g, (v, u_x, _), turns in zip(poses(7), twists(8)[::3], rng.uniform(-2, 2, (len(ANY_ANGLES), 2)), strict=False):
+        dt = 10 ** rng.uniform(-4, 0)
+        found.append(Motion(g, np.array([v, 0.0, turns[0] / dt]), np.array([u_x / dt, turns[1] / dt**2]), dt))
+    return found
 
 
 def scipy_flow(motion: Motion) -> tuple[np.ndarray, np.ndarray]:
@@ -85,85 +80,19 @@ def step_ideal(motion: Motion) -> State:
 # -- the flow ---------------------------------------------------------------------------------------
 
 
-@settings(max_examples=40)
-@given(motions())
-@example(Motion(np.array([0.0, 0.0, math.pi]), np.array([1.0, 0.0, -3.0]), np.array([1.0, 3.0]), 1.0))
-def test_step_equals_scipy(motion: Motion) -> None:
-    g, xi = scipy_flow(motion)
-    state = step_ideal(motion)
-    offset = np.abs(state.g[0] - g)
-    assert offset[:2].max() <= tol.DOP853 * motion.reach + motion.position_rounding
-    assert offset[2] <= tol.DOP853 + motion.heading_rounding
-    assert np.abs(state.xi[0] - xi)[0] <= tol.DOP853 * motion.reach / motion.dt
-    assert np.abs(state.xi[0] - xi)[2] <= tol.DOP853 / motion.dt
-    assert state.xi[0, 1] == 0.0
-
-
-@given(st.floats(-100.0, 100.0), draw.lengths, draw.lengths, st.floats(1e-3, 10.0))
-def test_without_turning_the_path_is_a_parabola_in_time(
-    theta: float, v: float, u_x: float, dt: float
-) -> None:
-    motion = Motion(np.array([0.0, 0.0, theta]), np.array([v, 0.0, 0.0]), np.array([u_x, 0.0]), dt)
-    far = v * dt + u_x * dt**2 / 2
-    expected = np.array([far * math.cos(theta), far * math.sin(theta), theta])
-    np.testing.assert_allclose(step_ideal(motion).g[0], expected, rtol=0, atol=motion.position_rounding)
-
-
-@given(draw.any_angles, st.floats(-3.0, 3.0).filter(lambda omega: abs(omega) > 1e-3))
-def test_at_constant_twist_the_path_is_the_exponential(theta: float, omega: float) -> None:
-    motion = Motion(np.array([0.3, -0.2, theta]), np.array([0.7, 0.0, omega]), np.zeros(2), 1.0)
-    expected = se2.compose(motion.g, se2.exp(motion.xi))
-    np.testing.assert_allclose(step_ideal(motion).g[0, :2], expected[:2], atol=motion.position_rounding)
-    np.testing.assert_allclose(step_ideal(motion).g[0, 2], expected[2], atol=motion.heading_rounding)
-
-
-@given(motions(), st.floats(0.0, 1.0))
-def test_two_periods_compose_to_their_sum(motion: Motion, share: float) -> None:
-    first, rest = share * motion.dt, motion.dt - share * motion.dt
-    halfway = propagate(motion.g, motion.xi, motion.u, first)
-    twice = propagate(*halfway, motion.u, rest)
-    once = propagate(motion.g, motion.xi, motion.u, motion.dt)
-    assert np.abs(twice[0] - once[0])[:2].max() <= 4 * motion.position_rounding
-    assert np.abs(twice[0] - once[0])[2] <= 4 * motion.heading_rounding
-    assert (
-        np.abs(twice[1] - once[1]).max() <= tol.ALGEBRA * (np.abs(motion.xi) + np.abs(motion.u).max()).max()
-    )
-
-
-@given(draw.poses, motions(draw.log_angles))
-def test_flow_is_left_invariant(h: np.ndarray, motion: Motion) -> None:
-    """Moving the start by h moves the end by h and leaves the twist as it is."""
-    g, xi = propagate(motion.g, motion.xi, motion.u, motion.dt)
-    g_moved, xi_moved = propagate(se2.compose(h, motion.g), motion.xi, motion.u, motion.dt)
-    size = math.hypot(h[0], h[1]) + math.hypot(motion.g[0], motion.g[1]) + motion.reach
-    turned = abs(h[2]) + abs(motion.g[2]) + abs(g[2])
-    expected = se2.compose(h, g)
-    assert np.abs(g_moved - expected)[:2].max() <= size * (2 * tol.ALGEBRA + tol.ANGLE_SUM * turned)
-    assert abs(g_moved[2] - expected[2]) <= tol.ANGLE_SUM * turned
-    np.testing.assert_array_equal(xi_moved, xi)
+def test_step_equals_scipy() -> None:
+    for motion in motions():
+        g, xi = scipy_flow(motion)
+        state = step_ideal(motion)
+        offset = np.abs(state.g[0] - g)
+        assert offset[:2].max() <= tol.DOP853 * motion.reach + motion.position_rounding
+        assert offset[2] <= tol.DOP853 + motion.heading_rounding
+        assert np.abs(state.xi[0] - xi)[0] <= tol.DOP853 * motion.reach / motion.dt
+        assert np.abs(state.xi[0] - xi)[2] <= tol.DOP853 / motion.dt
+        assert state.xi[0, 1] == 0.0
 
 
 # -- batches ----------------------------------------------------------------------------------------
-
-
-@st.composite
-def batched_states(draw_: st.DrawFn) -> tuple[State, np.ndarray]:
-    shape = draw_(st.sampled_from([(1,), (5,), (2, 3), (4, 1), (7, 2)]))
-    numbers = hnp.arrays(float, (*shape, 7), elements=st.floats(-10.0, 10.0))
-    x, y, theta, v, omega, u_x, u_theta = np.moveaxis(draw_(numbers), -1, 0)
-    g, xi = np.stack([x, y, theta], axis=-1), np.stack([v, np.zeros_like(v), omega], axis=-1)
-    return State(0.0, g, xi), np.stack([u_x, u_theta], axis=-1)
-
-
-@given(batched_states())
-@settings(max_examples=25)
-def test_batch_is_exactly_its_members(drawn: tuple[State, np.ndarray]) -> None:
-    state, u = drawn
-    g, xi = propagate(state.g, state.xi, u, 0.01)
-    for at in np.ndindex(state.g.shape[:-1]):
-        one_g, one_xi = propagate(state.g[at], state.xi[at], u[at], 0.01)
-        np.testing.assert_array_equal(g[at], one_g)
-        np.testing.assert_array_equal(xi[at], one_xi)
 
 
 def test_batched_simulation_is_exactly_its_members() -> None:
@@ -193,14 +122,6 @@ def test_divergence_in_a_batch_names_the_simulation() -> None:
     simulation.step(u)
     with pytest.raises(SimulationDiverged, match=r"state is not finite: robot 'b' at t = 2\.000 s \(simulation 2\)"):
         simulation.step(u)
-
-
-# -- the contract -----------------------------------------------------------------------------------
-
-
-class TestIdealSimulation(SimulationContract):
-    def make(self) -> Simulation:
-        return IdealSimulation(self.names, DRIVE, self.dt)
 
 
 def test_telemetry_is_what_the_reduced_model_says() -> None:

@@ -158,14 +158,6 @@ class TestRobots:
             below = velocity[3:] + np.cross(velocity[:3], (0, 0, -scene.drive.wheel_radius))
             np.testing.assert_allclose(below, 0, atol=HAND)
 
-    def test_colours_tell_robots_apart(self, trio: Scene) -> None:
-        colours = {tuple(trio.model.material(f"{name}/accent").rgba) for name in TRIO.robots}
-        assert len(colours) == 3
-
-    def test_every_bundled_robot_composes(self) -> None:
-        for robot in assets.robots():
-            made(SceneSpec(("a", "b"), robot))
-
 
 class TestContact:
     @pytest.mark.parametrize("timestep", [0.0005, 0.004])
@@ -178,10 +170,6 @@ class TestContact:
             assert model.geom_solimp[geom, 0] == model.geom_solimp[geom, 1] == 0.9999
         assert {float(model.geom_friction[geom, 0]) for geom in tyres(scene)} == {0.3}
         assert {int(model.geom_condim[geom]) for geom in tyres(scene)} == {3}
-
-    def test_default_contacts_are_mujocos_own(self) -> None:
-        scene = made(SceneSpec(("a",), contact="default"))
-        np.testing.assert_allclose(scene.model.geom_solref[tyres(scene)], [(0.02, 1)] * 2, rtol=HAND)
 
     def test_the_scenario_s_friction_holds_and_the_caster_does_not_drag(self, trio: Scene) -> None:
         data = standing(trio, *PLACES)
@@ -214,16 +202,6 @@ class TestVirtualRoot:
         assert not scene.model.geom_contype[geoms].any()
         assert not scene.model.geom_conaffinity[geoms].any()
 
-    def test_a_real_root_has_no_marker(self, trio: Scene) -> None:
-        assert trio.marker is None
-        assert trio.model.nmocap == 0
-
-    def test_followers_keep_their_colours(self, trio: Scene) -> None:
-        scene = made(replace(TRIO, virtual_root=True))
-        for name in ("f1", "f2"):
-            accent = f"{name}/accent"
-            np.testing.assert_array_equal(scene.model.material(accent).rgba, trio.model.material(accent).rgba)
-
 
 class TestGround:
     PATCHES = (
@@ -253,18 +231,6 @@ class TestGround:
     @staticmethod
     def half_height(geom: object) -> float:
         return float(geom.size[1 if geom.type == mujoco.mjtGeom.mjGEOM_CYLINDER else 2])  # type: ignore[attr-defined]
-
-    def test_slippery_ones_are_blue_and_the_more_so_the_slippier(self) -> None:
-        patches = tuple(Patch(friction, disc=(0.0, 0.0, 1.0)) for friction in (0.05, 0.95, 1.6))
-        model = made(under(ONE, Patches(patches))).model
-        ice, almost, grip = (model.material(f"patch_{i}").rgba for i in range(3))
-        assert ice[2] - ice[0] > almost[2] - almost[0] > 0 > grip[2] - grip[0]
-
-    def test_a_robot_stands_on_the_floor_inside_a_patch(self) -> None:
-        scene = made(under(ONE, Patches((Patch(0.05, disc=(0.0, 0.0, 1.0)),))))
-        data = standing(scene, PLACES[0])
-        assert data.ncon == 3
-        assert all(scene.model.geom("floor").id in contact.geom for contact in data.contact)
 
     def test_gravity_leans_on_a_slope_and_the_floor_does_not(self) -> None:
         scene = made(under(ONE, Slope(0.3, math.pi / 2)))
@@ -303,12 +269,6 @@ class TestPayload:
         np.testing.assert_array_equal(scene.model.body("robot/payload").inertia, 0)
         assert (scene.model.geom("robot/payload").size > 0).all()  # and can be seen
 
-    def test_it_is_drawn_and_touches_nothing(self) -> None:
-        drawn = made(under(ONE, self.LOAD)).model.geom("robot/payload")
-        np.testing.assert_allclose(drawn.size, (0.02, 0.03, 0.01), rtol=HAND)
-        assert not drawn.contype
-        assert not drawn.conaffinity
-
     def test_torques_are_for_it_only_where_it_is_known(self) -> None:
         bare = made(ONE).drive
         nominal = made(under(ONE, self.LOAD))
@@ -327,11 +287,6 @@ class TestMotors:
             assert drive.motor.stall_torque == bare.drive.motor.stall_torque
         np.testing.assert_array_equal(scene.model.actuator_ctrlrange, [(-0.012, 0.012)] * 6)
         assert scene.model.actuator_ctrllimited.all()
-
-    @pytest.mark.parametrize("limit", ["torque_limit", "no_load_speed"])
-    def test_one_limit_leaves_the_other_as_it_was(self, limit: str) -> None:
-        bare, motor = (read_robot(spec).drive.motor for spec in (ONE, under(ONE, Motors(**{limit: 0.5}))))
-        assert motor == replace(bare, **{limit: 0.5})
 
 
 class TestTyres:
@@ -482,11 +437,6 @@ class TestFleet:
         for each in ("rgba", "specular", "shininess", "emission", "texid"):
             one, other = (getattr(s.model, f"mat_{each}")[s.model.geom_matid] for s in (scene, own))
             np.testing.assert_array_equal(one, other)
-
-    def test_names_of_many_letters_do(self) -> None:
-        names = tuple(f"{letter}{i}" for i in range(4) for letter in "abcdefghijklmnopqr")
-        scene = made(replace(TRIO, robots=names))
-        assert [scene.model.body(int(b)).name for b in scene.model.jnt_bodyid[::3]] == [f"{name}/" for name in names]
 
     def test_a_name_is_written_as_it_is(self) -> None:
         scene = made(replace(TRIO, robots=("a&b", 'x"<', "__robot__")))

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -16,7 +15,6 @@ from elements import Elements
 from nhtrack.config.campaign import Campaign
 from nhtrack.config.documentation import json_schema
 from nhtrack.experiment.load import load_campaign
-from nhtrack.presentation.numbers import grouped
 from nhtrack.report.page import render_page
 from nhtrack.studies.campaign.plots.shares import percent
 from nhtrack.studies.campaign.report import (
@@ -35,7 +33,6 @@ from nhtrack.studies.campaign.tables import cells_of
 from reports import HOSTILE
 
 DIGITS = 5e-5  # five significant digits: rounding moves a number by at most half a unit of the last one
-MOST_BYTES = 15e6  # of the page of ten thousand runs
 
 
 def tree(**changes: Any) -> dict[str, Any]:
@@ -55,9 +52,7 @@ def page_of(runs: pd.DataFrame, **changes: Any) -> str:
 
 @pytest.fixture(scope="module")
 def runs() -> pd.DataFrame:
-    found = campaign_starts(LAWS[:3], FAMILIES[:4], count=60, lost=0.5)
-    # Followers that did not arrive may be near at the very end by chance, and then have a time all the same.
-    return found.assign(settling_time=found["settling_time"].fillna(79.0))
+    return campaign_starts(LAWS[:3], FAMILIES[:4], count=60, lost=0.5)
 
 
 def test_the_table_has_the_share_of_every_law_and_reference(runs: pd.DataFrame) -> None:
@@ -80,8 +75,7 @@ def test_distributions_are_those_of_the_runs(runs: pd.DataFrame) -> None:
     part = runs[(runs["law"] == LAWS[1]) & (runs["family"] == FAMILIES[3])]
     curves = data["curves"][1][3]
     for figure, curve in zip(DISTRIBUTIONS, curves, strict=True):
-        own = part[part["converged"]] if figure.column == "settling_time" else part
-        values = np.sort(own[figure.column].to_numpy(dtype=float))
+        values = np.sort(part[figure.column].to_numpy(dtype=float))
         values = values[np.isfinite(values)]
         assert len(values) > 0
         np.testing.assert_allclose(curve["x"], values, rtol=DIGITS)
@@ -111,13 +105,6 @@ def test_starts_that_did_not_arrive_are_kept_first() -> None:
 
 
 @pytest.mark.slow
-def test_ten_thousand_runs_make_a_page_that_is_small_enough() -> None:
-    runs = campaign_starts(LAWS, count=150, lost=0.5)
-    assert len(runs) > 10_000
-    assert len(page_of(runs).encode()) < MOST_BYTES
-
-
-@pytest.mark.slow
 def test_what_is_left_out_is_told() -> None:
     runs = campaign_starts(LAWS[:1], FAMILIES[:2], count=20_000)
     page = Elements(page_of(runs))
@@ -135,7 +122,7 @@ def test_laws_are_told_apart_in_words() -> None:
     ])  # fmt: skip
     told = verdicts(runs, cells(runs), tree())
     assert told[0].startswith("2 laws against 2 references, 80 runs on the ideal integrator.")
-    assert "stays within 0.01 m and 0.02 rad of its place over the last 15 s of 80 s" in told[0]
+    assert "stays within 10 mm and 20 mrad of its place until the end, at least over the last 15 s of 80 s" in told[0]
     assert told[1:] == [
         "one arrives from every start, against every reference: 40 of 40.",
         "two arrives from 10 of 40 starts: 10 of 20 against rest; none against line.",
@@ -166,13 +153,3 @@ def test_no_text_of_a_user_is_markup(runs: pd.DataFrame) -> None:
     assert tags.count("script") == 3
     assert "img" not in tags
     assert json.loads(page.texts["script"][0])["laws"][0]["name"] == HOSTILE
-
-
-@pytest.mark.slow
-def test_the_same_tables_give_the_same_bytes(runs: pd.DataFrame, tmp_path: Path) -> None:
-    runs.to_parquet(tmp_path / "runs.parquet")
-    assert page_of(runs) == page_of(pd.read_parquet(tmp_path / "runs.parquet"))
-
-
-def test_large_numbers_are_grouped() -> None:
-    assert [grouped(number) for number in (0, 9999, 10_000, 1_234_567)] == ["0", "9999", "10\xa0000", "1\xa0234\xa0567"]

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from nhtrack import se2
-from nhtrack.config.law_sections import LawSection, law_names, law_section
+from nhtrack.config.law_sections import LawSection, law_section
 from nhtrack.config.scenario import Scenario
 from nhtrack.errors import FeasibilityError, ScenarioError
 from nhtrack.experiment.load import load, load_text
@@ -19,12 +19,13 @@ from nhtrack.recording import Recording
 from nhtrack.studies.compare import run as study
 from nhtrack.studies.compare.laws_file import MOST_LAWS, load_laws
 from nhtrack.studies.compare.ranking import MEASURES, Standing, best, control_effort, standing
-from nhtrack.studies.compare.result import Comparison, Search, room_of
-from nhtrack.studies.compare.run import compare, labels
+from nhtrack.studies.compare.result import Comparison, Search
+from nhtrack.studies.compare.run import compare_laws, labels
 from nhtrack.studies.feasibility.run import fitting_time
 from nhtrack.studies.run.run import run_scenario
+from nhtrack.studies.tune.box import TuningError
 from nhtrack.studies.tune.objective import Objective
-from nhtrack.studies.tune.run import TuningError, tune
+from nhtrack.studies.tune.run import find_gains
 from recordings import synthetic_recording
 
 # Figures computed anew from a recording as it was saved: the same sums in another order, some 1e5 terms.
@@ -75,11 +76,6 @@ def test_a_law_written_out_or_in_a_file_has_those_gains(tmp_path: Path) -> None:
     assert written == law_section("kanayama")(name="kanayama", k_x=2.0)
     assert filed == case("law.kp=7.5").law
     assert asked("tour/universal")[1] == load("tour/universal").law  # a bundled one, its limits with it
-
-
-def test_every_law_with_defaults_can_be_asked_for_by_name() -> None:
-    for name in law_names()[2:]:
-        assert asked(name)[1].name == name
 
 
 def test_labels_are_names_numbered_where_they_must_be() -> None:
@@ -144,7 +140,7 @@ def test_no_more_laws_than_colours() -> None:
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A comparison of three laws, of which one diverges and one is the scenario's own."""
     folder = tmp_path_factory.mktemp("comparison")
-    compare(case(), asked("kanayama", "{name: kanayama, k_inner: 250}"), folder, **PLAIN)
+    compare_laws(case(), asked("kanayama", "{name: kanayama, k_inner: 250}"), folder, **PLAIN)
     return folder
 
 
@@ -166,7 +162,7 @@ def test_rows_are_what_the_recordings_say(folder: Path, runs: dict[str, Recordin
         distance, heading = np.hypot(error[..., 0], error[..., 1]), np.abs(se2.wrap(error[..., 2]))
         late = run.time.values >= 0.85 * run.time.values[-1] - 1e-9
         gap = (run.pose - run.ideal_pose).values[:, 1:, :2]
-        outside = distance > 0.05 * distance.max(axis=0)
+        outside = (distance > 0.01) | (heading > 0.02)
         settled = run.time.values[np.minimum(len(outside) - outside[::-1].argmax(axis=0), len(outside) - 1)]
         effort = np.sqrt(np.nanmean(run.input.values[:, 1:] ** 2, axis=(0, 1)))
         cut = run.torque_saturation.values[:, 1:].max(axis=-1)
@@ -205,7 +201,7 @@ def test_the_tree_says_what_was_compared(folder: Path, runs: dict[str, Recording
     assert (tree["name"], tree["backend"], tree["search"], tree["notes"]) == ("case", "ideal", None, [])
     assert {"nhtrack", "mujoco"} <= set(tree["versions"])
     for row in tree["laws"]:
-        assert runs[row["label"]].scenario["law"] == row["law"]
+        assert runs[row["label"]].scenario.law.model_dump(mode="json") == row["law"]
 
 
 def a_standing(outcome: str = "completed", **figures: float | None) -> Standing:
@@ -247,14 +243,6 @@ def test_effort_is_of_followers_and_leaves_out_the_end() -> None:
     assert control_effort(recording) == (None, None)
 
 
-def test_room_is_as_much_again_as_leader_and_starts_span() -> None:
-    recording = synthetic_recording(1, samples=3)
-    pose = np.zeros((3, 2, 3))
-    pose[:, 0, 0], pose[0, 1, :2], pose[1:, 1, :2] = (0, 2, 4), (-1, 3), (1e9, -1e9)  # a follower that is lost
-    recording.dataset["pose"].values[:] = pose
-    assert room_of([recording]) == (-6, 9, -5, 8)
-
-
 # -- gains and time ---------------------------------------------------------------------------------
 
 
@@ -268,14 +256,14 @@ def test_gains_are_searched_for_every_law_alike_and_kept_where_none_do(
     def tune_some(scenario: Scenario, *arguments: object) -> object:
         if scenario.law.name == "samson":
             raise TuningError(reason)
-        return tune(scenario, *arguments)  # type: ignore[arg-type]
+        return find_gains(scenario, *arguments)  # type: ignore[arg-type]
 
-    monkeypatch.setattr(study, "tune", tune_some)
+    monkeypatch.setattr(study, "find_gains", tune_some)
     laws = asked("kanayama", "samson", scenario=scenario)
-    found = compare(scenario, laws, tmp_path, search=Search(Objective(late=1.0), 16), **PLAIN)
+    found = compare_laws(scenario, laws, tmp_path, search=Search(Objective(late=1.0), 16), **PLAIN)
     rows = tree_of(tmp_path)["laws"]
     for law, row in zip(laws[:2], rows[:2], strict=True):
-        expected = tune(scenario.model_copy(update={"law": law}), Objective(late=1.0), 16, seed=3)
+        expected = find_gains(scenario.model_copy(update={"law": law}), Objective(late=1.0), 16, seed=3)
         assert row["tuning"]["gains"] == expected.gains
         assert row["law"] == expected.scenario.law.model_dump(mode="json")
         assert row["tuning"]["cost"] == pytest.approx(expected.cost)
@@ -292,7 +280,7 @@ def test_one_time_scale_for_all_the_largest_that_one_asks_for(tmp_path: Path) ->
     laws = asked("kanayama", scenario=scenario)
     times = [fitting_time(scenario.model_copy(update={"law": law})) for law in laws]
     assert times[0] != times[1]
-    found = compare(scenario, laws, tmp_path, **PLAIN)
+    found = compare_laws(scenario, laws, tmp_path, **PLAIN)
     assert found.scenario.similarity.time == max(times)
     assert {entrant.similarity.time for entrant in found.entrants.values()} == {max(times)}
     assert {run.time_scale for run in found.recordings.values()} == {max(times)}
@@ -307,14 +295,14 @@ def test_a_law_that_fits_no_time_has_no_say_in_it(tmp_path: Path, monkeypatch: p
 
     monkeypatch.setattr(study, "fitting_time", fitting)
     scenario = case("similarity.time=auto", "duration=1")
-    found = compare(scenario, (KANAYAMA, SAMSON), tmp_path, **PLAIN)
+    found = compare_laws(scenario, (KANAYAMA, SAMSON), tmp_path, **PLAIN)
     assert {run.time_scale for run in found.recordings.values()} == {2.5}
     assert found.notes == (
         "similarity.time is 2.5, the smallest that fits the other laws: kanayama asks for it",
         "samson: fits no time scale and had no say in it: the ideal run diverges at every time scale tried, up to 100",
     )
     with pytest.raises(FeasibilityError, match="samson: the ideal run diverges"):
-        compare(scenario, (SAMSON,), tmp_path / "none", **PLAIN)
+        compare_laws(scenario, (SAMSON,), tmp_path / "none", **PLAIN)
     assert not (tmp_path / "none").exists()
 
 
@@ -322,7 +310,7 @@ def test_limits_that_leave_nothing_are_refused_before_a_folder_is_made(tmp_path:
     steep = case("physics.slope.angle=1.5")
     laws = asked("{name: universal, limits: {utilisation: 0.1}}", scenario=steep)
     with pytest.raises(FeasibilityError):
-        compare(steep, laws, tmp_path / "results")
+        compare_laws(steep, laws, tmp_path / "results")
     assert list(tmp_path.iterdir()) == []
 
 
@@ -337,14 +325,14 @@ def files_in(folder: Path) -> set[str]:
 def test_a_folder_never_holds_the_files_of_two(tmp_path: Path) -> None:
     """A folder of results forgets an earlier comparison's laws and an earlier run; what is not ours stays."""
     short = case("duration=1")
-    compare(short, (SAMSON,), tmp_path, **PLAIN)
+    compare_laws(short, (SAMSON,), tmp_path, **PLAIN)
     mine = ("notes.txt", "samson/notes.txt", "other/recording.nc", "other/summary.json")
     (tmp_path / "other").mkdir()
     for name in (*mine, "video.mp4", "recording.nc"):
         (tmp_path / name).write_text("old")
     with pytest.raises(OutputError, match="exists already"):
-        compare(short, (KANAYAMA,), tmp_path, **PLAIN)
-    found = compare(short, (KANAYAMA,), tmp_path, overwrite=True, **PLAIN)
+        compare_laws(short, (KANAYAMA,), tmp_path, **PLAIN)
+    found = compare_laws(short, (KANAYAMA,), tmp_path, overwrite=True, **PLAIN)
     ours = {"comparison.json", "kanayama/recording.nc", "kanayama/summary.json"}
     assert files_in(tmp_path) == ours | set(mine)
     assert {path.relative_to(tmp_path).as_posix() for path in found.files} == ours
@@ -366,12 +354,12 @@ def stopping_at(label: str, monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.slow
 def test_an_interruption_keeps_the_laws_before_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     stopping_at("samson", monkeypatch)
-    found = compare(case("duration=1"), (KANAYAMA, SAMSON, UNIVERSAL), tmp_path, figures=False)
+    found = compare_laws(case("duration=1"), (KANAYAMA, SAMSON, UNIVERSAL), tmp_path)
     assert found.interrupted
     assert found.completed
     assert "samson: not run, the comparison was interrupted" in found.warnings
     assert "universal: not run, the comparison was interrupted" in found.warnings
-    kept = {"comparison.json", "report.html", "kanayama/recording.nc", "kanayama/summary.json"}
+    kept = {"comparison.json", "kanayama/recording.nc", "kanayama/summary.json"}
     assert files_in(tmp_path) == kept
     assert [row["label"] for row in tree_of(tmp_path)["laws"]] == ["kanayama"]
 
@@ -379,7 +367,7 @@ def test_an_interruption_keeps_the_laws_before_it(tmp_path: Path, monkeypatch: p
 def test_an_interruption_of_the_first_law_leaves_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     stopping_at("kanayama", monkeypatch)
     with pytest.raises(KeyboardInterrupt):
-        compare(case("duration=1"), (KANAYAMA, SAMSON), tmp_path / "results")
+        compare_laws(case("duration=1"), (KANAYAMA, SAMSON), tmp_path / "results")
     assert list(tmp_path.iterdir()) == []
 
 

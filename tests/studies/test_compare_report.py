@@ -53,7 +53,7 @@ def test_the_standings_are_those_of_the_tables(found: Comparison) -> None:
 
 
 def test_all_runs_are_in_one_payload_in_the_colours_of_their_laws(found: Comparison, merged: Recording) -> None:
-    data = json.loads(json.dumps(payload(joined(merged, found.recordings)), allow_nan=False))
+    data = json.loads(json.dumps(payload(joined(merged, found.recordings), ()), allow_nan=False))
     assert [robot["colour"] for robot in data["robots"]] == [robot_colour(place) for place in range(4)]
     panels = {panel["key"]: panel for panel in data["panels"]}
     for place, (label, run) in enumerate(found.recordings.items()):
@@ -68,7 +68,7 @@ def test_all_runs_are_in_one_payload_in_the_colours_of_their_laws(found: Compari
 
 def test_a_law_gone_wild_does_not_flatten_the_others(found: Comparison, merged: Recording) -> None:
     whole = joined(merged, found.recordings)
-    panel = next(panel for panel in payload(whole)["panels"] if panel["key"] == "u_x")
+    panel = next(panel for panel in payload(whole, ())["panels"] if panel["key"] == "u_x")
     kept = list(found.recordings)[:2]
     low, high = fitted(panel, kept, whole)["range"]
     inside = np.concatenate([found.recordings[label]["input"].values[:-1, 1, 0] for label in kept])
@@ -83,7 +83,7 @@ def test_crowds_of_several_laws_are_a_band_for_each(found: Comparison) -> None:
     rng = np.random.default_rng(1)
     names = {label: [f"f{k}-{label}" for k in range(CROWD)] for label in ("one", "two")}
     dataset = small_crowd(names, rng)
-    panel = payload(dataset)["panels"][0]
+    panel = payload(dataset, ())["panels"][0]
     assert [curve["name"] for curve in panel["curves"]] == ["one", "two"]
     errors = position_error(dataset)
     for k, curve in enumerate(panel["curves"]):
@@ -126,22 +126,17 @@ def test_who_does_not_settle_is_told() -> None:
 
 
 @pytest.mark.parametrize(
-    ("outcomes", "warning", "alarm"),
-    [
-        (("completed", "diverged: ran away"), "", ""),
-        (("diverged: ran away",), "", "No law completed its run."),
-        (("completed", "interrupted"), "", "The comparison was interrupted"),
-        (("completed",), "b: not run, the comparison was interrupted", "The comparison was interrupted"),
-    ],
+    ("outcomes", "alarm"),
+    [(("completed", "diverged: ran away"), ""), (("diverged: ran away",), "No law completed its run.")],
 )
 def test_what_went_wrong_stands_first(
-    found: Comparison, merged: Recording, outcomes: tuple[str, ...], warning: str, alarm: str
+    found: Comparison, merged: Recording, outcomes: tuple[str, ...], alarm: str
 ) -> None:
     labels = list(found.recordings)
     laws = [row | {"outcome": outcome} for row, outcome in zip(found.tree["laws"], outcomes, strict=False)]
-    tree = found.tree | {"laws": laws, "warnings": [warning] if warning else [], "best": {}}
+    tree = found.tree | {"laws": laws, "warnings": [], "best": {}}
     shown = compare_page(tree, {label: found.recordings[label] for label in labels}, merged, Extras())
-    assert shown.alarm.startswith(alarm) if alarm else not shown.alarm
+    assert shown.alarm == alarm
 
 
 def test_an_ideal_comparison_shows_no_slip(found: Comparison) -> None:

@@ -33,8 +33,8 @@ from nhtrack.ground import Ground
 from nhtrack.robots.diff_drive import DiffDrive, identify
 from nhtrack.simulation.ideal import IdealSimulation
 from nhtrack.simulation.robot_models import load_robot
-from nhtrack.simulation.state import State
-from nhtrack.studies.feasibility.run import Feasibility, feasibility, fitting_time, ideal_motion, with_time
+from nhtrack.studies.feasibility.result import Feasibility
+from nhtrack.studies.feasibility.run import feasibility, fitting_time, ideal_motion, with_time
 from nhtrack.studies.run.run import simulate
 
 CASE = """
@@ -230,11 +230,6 @@ def test_auto_takes_what_there_is_and_no_more(drive: DiffDrive, overrides: tuple
     assert with_time(case(*overrides)) == scenario
 
 
-def test_a_number_stays_what_it_is() -> None:
-    scenario = case("similarity.time=2.5")
-    assert with_time(scenario) is scenario
-
-
 def test_a_larger_margin_asks_for_less_time(drive: DiffDrive) -> None:
     times = [
         fitting_time(case("physics.friction=0.2", f"similarity.friction_margin={margin}"))
@@ -245,7 +240,7 @@ def test_a_larger_margin_asks_for_less_time(drive: DiffDrive) -> None:
 
 def test_a_recording_carries_the_number() -> None:
     recording = simulate(case("backend=ideal")).recording
-    time = recording.scenario["similarity"]["time"]
+    time = recording.scenario.similarity.time_scale
     assert time == with_time(case()).similarity.time == recording.time_scale
     assert recording.time[-1] == pytest.approx(8 * time, abs=0.01)
 
@@ -272,12 +267,6 @@ def test_until_it_is_found_there_is_no_number() -> None:
 def test_what_no_time_scale_helps_is_told(overrides: tuple[str, ...], message: str) -> None:
     with pytest.raises(FeasibilityError, match=message):
         with_time(case(*overrides))
-
-
-def test_a_robot_that_never_moves_fits_at_once(drive: DiffDrive) -> None:
-    still = ("leader.input.u_x=0", "leader.input.u_theta=0", "followers[0].start={pose: [0, 0, 0]}")
-    scenario = with_time(case(*still, "physics.friction=0"))
-    assert scenario.periods == 100
 
 
 def test_the_input_of_an_auto_scenario_is_judged_when_it_is_loaded() -> None:
@@ -423,19 +412,6 @@ def test_without_wheels_robots_move_the_same() -> None:
     for one, other in zip(*states, strict=True):
         np.testing.assert_array_equal(one, other)
     assert twins[0].telemetry() == {}
-
-
-def test_one_that_runs_away_stops_and_the_others_go_on() -> None:
-    g, xi = np.zeros((3, 1, 3)), np.zeros((3, 1, 3))
-    simulation = IdealSimulation(("leader",), None, 1.0, keep_going=True)
-    simulation.reset(State(0.0, g, xi))
-    u = np.array([[[1.0, 0.0]], [[1e13, 0.0]], [[np.nan, 0.0]]])
-    simulation.step(u)
-    state = simulation.step(np.ones((3, 1, 2)))
-    np.testing.assert_array_equal(simulation.lost, [False, True, True])
-    np.testing.assert_array_equal(state.xi[1:], 0)
-    np.testing.assert_array_equal(state.g[1:], 0)
-    assert state.xi[0, 0, 0] == 2.0
 
 
 @pytest.mark.slow

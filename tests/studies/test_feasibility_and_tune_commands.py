@@ -81,7 +81,7 @@ def test_a_run_finds_its_time_and_can_be_run_again(file: Path) -> None:
     assert invoke("run", "one/recording.nc", *quiet, "--out", "two").exit_code == 0
     one, two = Recording.load("one/recording.nc"), Recording.load("two/recording.nc")
     assert one.dataset.identical(two.dataset)
-    assert one.scenario["similarity"]["time"] == one.time_scale
+    assert one.scenario.similarity.time == one.time_scale
 
 
 # -- tune -------------------------------------------------------------------------------------------

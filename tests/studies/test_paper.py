@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import re
-import runpy
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -21,9 +19,9 @@ from nhtrack.experiment.load import load
 from nhtrack.network import Network
 from nhtrack.plots.graph import graph
 from nhtrack.studies.feasibility.run import ideal_motion
+from nhtrack.studies.paper.examples import EXAMPLES, ExampleError, examples_of
 from nhtrack.studies.paper.figure import START, leader_motion, panels, reference_path, together, tracks
 from nhtrack.studies.paper.page import angle, initial_conditions
-from nhtrack.studies.paper.run import EXAMPLES, ExampleError, examples_of
 from nhtrack.studies.run.run import simulate
 from recordings import synthetic_recording
 from tolerances import HAND
@@ -76,11 +74,6 @@ def test_mujoco_lies_over_a_broad_ideal_twin():
     assert thin.get_zorder() > broad.get_zorder()
     np.testing.assert_allclose(broad.get_xydata(), recording["ideal_pose"].values[:, 1, :2] / LENGTH, rtol=HAND)
     np.testing.assert_allclose(thin.get_xydata(), recording["pose"].values[:, 1, :2] / LENGTH, rtol=HAND)
-
-
-def test_the_ideal_backend_has_no_twin():
-    (axes,) = panels(tracks(synthetic_recording(1, backend="ideal", samples=51)), (1.0,), "title").axes
-    assert {line.get_linewidth() for line in axes.lines} == {1.2}
 
 
 def test_two_runs_share_one_plot_and_their_start_is_marked():
@@ -200,11 +193,6 @@ def test_followers_end_near_their_places_on_the_ideal_model(name: str):
     assert np.hypot(error[..., 0], error[..., 1]).max() <= TARGETS[name] * path
 
 
-def test_nobody_collides_on_the_way_into_the_diamond():
-    positions = ideal_run("paper/example5").variables["pose"][::10, :, :2]
-    assert min(pdist(row).min() for row in positions) > HULL
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "changes"),
@@ -231,11 +219,6 @@ def test_wheels_hold_and_go_where_the_ideal_model_goes(name: str, changes: list[
 
 
 # -- the wedge of 64 -------------------------------------------------------------------------------
-
-
-def test_the_wedge_is_what_its_script_writes():
-    script = runpy.run_path(str(Path(__file__).parents[2] / "docs" / "generate_formation64.py"))
-    assert assets.find_scenario("stress/formation64").read_text(encoding="utf-8") == script["scenario"]()
 
 
 def test_the_wedge_has_64_robots_on_six_levels_and_starts_apart():

@@ -15,7 +15,7 @@ from elements import Elements
 from nhtrack.cli import app
 from nhtrack.experiment.load import load
 from nhtrack.recording import Recording
-from nhtrack.studies.paper.run import EXAMPLES
+from nhtrack.studies.paper.examples import EXAMPLES
 from recordings import synthetic_recording
 
 VERSIONS = {"nhtrack": "0", "mujoco": "0"}

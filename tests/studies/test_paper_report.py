@@ -13,9 +13,10 @@ from nhtrack.analysis.metrics import late_rows
 from nhtrack.experiment.load import load
 from nhtrack.recording import Recording
 from nhtrack.report.page import render_page
+from nhtrack.studies.paper.examples import EXAMPLES, Example
 from nhtrack.studies.paper.report import Section, Table, paper_page, verdicts
 from nhtrack.studies.paper.report_sections import CLAIMS, Merit, command, merit, sections
-from nhtrack.studies.paper.run import EXAMPLES, Example, ExampleRuns
+from nhtrack.studies.paper.result import ExampleRuns
 from recordings import synthetic_recording
 from reports import HOSTILE, whole_recording
 
@@ -33,22 +34,23 @@ def test_figures_of_merit_are_the_worst_of_their_times() -> None:
     errors = np.linspace(2.0, 0.0, 101)
     found = merit(with_errors(errors, -0.1 * errors))
     late = late_rows(synthetic_recording(1, samples=101)).start
-    assert found == pytest.approx((2.0, errors[late], errors[2 * late - 101], 0.1 * errors[late]), rel=SCALE)
+    assert found == pytest.approx((2.0, errors[late], errors[2 * late - 101], 0.1 * errors[late], False), rel=SCALE)
+    assert merit(with_errors(1e-4 * errors, 0.02 * errors)).settled
+    assert not merit(with_errors(0.0 * errors, errors)).settled
 
 
 @pytest.mark.parametrize(
-    ("late", "heading", "mark"),
+    ("late", "settled", "mark"),
     [
-        (0.0009, 0.019, "reached"),
-        (0.0011, 0.019, "near"),
-        (0.0009, 0.021, "near"),
-        (0.049, 3.0, "near"),
-        (0.051, 0.0, "missed"),
-        (np.nan, 0.0, "missed"),
+        (0.001, True, "reached"),
+        (0.001, False, "near"),
+        (0.049, False, "near"),
+        (0.051, False, "missed"),
+        (np.nan, False, "missed"),
     ],
 )
-def test_claims_are_judged_by_what_is_left(late: float, heading: float, mark: str) -> None:
-    assert Merit(1.0, late, 1.0, heading).mark == mark
+def test_claims_are_judged_by_what_is_left(late: float, settled: bool, mark: str) -> None:
+    assert Merit(1.0, late, 1.0, 0.0, settled).mark == mark
 
 
 def run_of(name: str, backend: str) -> Recording:
@@ -77,7 +79,7 @@ def test_an_example_is_told_from_its_runs() -> None:
     assert [row[0] for row in section.merits] == ["example3_pi", "example3_minus_pi"]
     found = merit(runs.wheels["example3_pi"])
     scale = runs.wheels["example3_pi"].length_scale
-    within = re.search(r"In example3_pi followers are within ([\d.]+) m", told)
+    within = re.search(r"In example3_pi followers (?:do not )?settle within .*?: they are within ([\d.]+) m", told)
     assert within is not None
     assert float(within[1]) == pytest.approx(found.late / scale, rel=5e-3)
     assert section.mark == found.mark

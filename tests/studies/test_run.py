@@ -8,12 +8,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from nhtrack import gl
+from nhtrack import gl, plots
+from nhtrack.analysis import metrics
+from nhtrack.analysis.events import Event
 from nhtrack.experiment.build import build, robot_of
 from nhtrack.experiment.load import load
+from nhtrack.files.folder import OutputError
+from nhtrack.plots import series
+from nhtrack.recording import Recording
 from nhtrack.simulation import robot_models
 from nhtrack.studies.run import run as study
-from nhtrack.studies.run.run import OutputError, run_scenario, simulate
+from nhtrack.studies.run.run import run_scenario, simulate
 
 IDEAL = ["backend=ideal", "duration=0.5"]
 
@@ -106,3 +111,20 @@ def test_figures_that_cannot_be_drawn_are_left_out(tmp_path: Path, monkeypatch: 
     monkeypatch.setattr("nhtrack.plots.save_figures", wild)
     outcome = run_scenario(load("tour/hello", IDEAL), tmp_path / "results", video=False)
     assert outcome.skipped == ("no figures: Axis limits cannot be NaN or Inf",)
+
+
+def test_events_are_looked_for_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Table, warnings, figures and report are told of the same ones."""
+    looked: list[str] = []
+
+    def find(recording: Recording) -> tuple[Event, ...]:
+        looked.append(recording.name)
+        return (Event("stuck", "follower", None, 0.125, 0.25, "rim speed", 0.5, "m/s"),)
+
+    for module in (study, metrics, plots, series):
+        monkeypatch.setattr(module, "find_events", find)
+    outcome = run_scenario(load("tour/hello", ["duration=0.5"]), tmp_path / "run", video=False)
+    assert looked == ["hello"]
+    assert [event["kind"] for event in outcome.summary["events"]] == ["stuck"]
+    assert any("was stuck" in warning for warning in outcome.summary["warnings"])
+    assert '"spells":[[0.125,0.25]]' in (tmp_path / "run" / "report.html").read_text(encoding="utf-8")

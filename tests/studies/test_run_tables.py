@@ -7,7 +7,8 @@ from typing import Any
 import pytest
 from rich.console import Console
 
-from nhtrack.studies.run.tables import _followers_table
+from nhtrack.studies.run.tables import followers_table
+from nhtrack.terminal.screen import rich_table
 
 FIGURES = (
     "initial_position_error", "final_position_error", "final_heading_error", "late_position_error",
@@ -18,19 +19,22 @@ FIGURES = (
 def printed(errors: dict[str, float | None]) -> list[str]:
     summary: dict[str, Any] = {
         "name": "run",
+        "settling_limits": {"position": 0.001, "heading": 0.02},
         "followers": {name: dict.fromkeys(FIGURES, 0.5) | {"late_position_error": e} for name, e in errors.items()},
     }
-    console = Console(width=100)
+    console = Console(width=130)
     with console.capture() as screen:
-        console.print(_followers_table(summary))
+        console.print(rich_table(followers_table(summary)))
     return [line.split()[0] for line in screen.get().splitlines()[2:] if line.strip()]
 
 
 def test_few_robots_have_a_row_each_in_their_order() -> None:
-    assert printed({f"f{k}": 0.1 * k for k in range(12)}) == [f"f{k}" for k in range(12)]
+    rows = printed({f"f{k}": 0.1 * k for k in range(12)})
+    assert rows[:13] == [*(f"f{k}" for k in range(12)), "settled:"]
 
 
 @pytest.mark.parametrize("unknown", [None, 99.0])
 def test_of_many_robots_the_worst_are_shown_and_the_table_says_so(unknown: float | None) -> None:
     rows = printed({f"f{k}": 0.1 * k for k in range(40)} | {"lost": unknown})
-    assert rows == ["lost", *(f"f{k}" for k in range(39, 28, -1)), "the"]
+    assert rows[:13] == ["lost", *(f"f{k}" for k in range(39, 28, -1)), "settled:"]
+    assert rows[-1] == "the"

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from films import SMALL, film, filmable, line_of, parted, pixels_of, projected, shared_scene
-from nhtrack import se2, video
+from nhtrack import se2
 from nhtrack.colours import robot_colour
 from nhtrack.simulation.scene import SceneSpec, make_scene
 from nhtrack.video import (
@@ -85,7 +85,7 @@ def test_many_skid_marks_are_thinned(every):
     recording.dataset["longitudinal_slip"][:] = 1.0
     recording.dataset["friction_utilisation"][:] = 0.0
     recording.dataset["friction_utilisation"][::every] = 1.0
-    assert 0.5 * timeline._SKIDS < len(line_of(recording).skids) < 1.1 * timeline._SKIDS
+    assert 0.5 * timeline.MOST_SKIDS < len(line_of(recording).skids) < 1.1 * timeline.MOST_SKIDS
 
 
 @pytest.mark.parametrize("share", [0.0, 0.3, 0.9, 1.0, 1.7, np.inf, np.nan])
@@ -139,7 +139,7 @@ def test_ghosts_show_where_twins_are_and_nothing_where_they_coincide(filmed, mon
 
 def opacity_of(scene, place: int) -> float:
     """Returns how solid the robot at a place of the bodies is drawn."""
-    own = (bodies._owners(scene) == place) & (scene.model.geom_group == 2)
+    own = (bodies.owners(scene) == place) & (scene.model.geom_group == 2)
     return float(scene.model.geom_rgba[own, 3].max())
 
 
@@ -160,27 +160,13 @@ def test_robots_look_the_same_with_materials_of_their_own_and_with_shared_ones()
 
 def test_a_fleet_s_discs_leave_their_neighbours_places_and_its_robots_their_small_parts():
     places = np.array([[0.5 * (k % 12), 0.5 * (k // 12)] for k in range(144)])
-    assert floor._places(places[None]) == pytest.approx(0.25)
+    assert floor.disc_radius(places[None]) == pytest.approx(0.25)
     scene = make_scene(SceneSpec(("a", "b")), share_materials=True)
     bodies.Bodies(scene).leave_out(0.03)
-    hidden = scene.model.geom_group == bodies._HIDDEN
+    hidden = scene.model.geom_group == bodies.HIDDEN
     assert hidden[scene.model.geom("b/left_lamp").id]
     assert not hidden[scene.model.geom("b/shell_front").id]
     assert not hidden[scene.model.geom("floor").id]
-
-
-@pytest.mark.slow
-def test_tyres_take_the_colour_of_their_use(filmed):
-    scene, line, _, drawn = filmed
-    drawn.draw(3)
-    drawn._bodies.show(line.pose[3, :, :2], line.utilisation[3])
-    for place in (0, 1):
-        for wheel, geoms in enumerate(drawn._bodies._tyres[place]):
-            assert geoms.size
-            assert all("tread" in scene.model.geom(k).name or "wall" in scene.model.geom(k).name for k in geoms)
-            dark = drawn._bodies._dark[wheel]
-            wanted = bodies.utilisation_colour(float(line.utilisation[3, place, wheel]), dark)
-            assert scene.model.geom_rgba[geoms[0], :3] == pytest.approx(wanted, abs=1e-6)
 
 
 # --- floor marks: geoms, read without drawing -------------------------------------------------------------------------
@@ -204,7 +190,7 @@ def test_skid_marks_appear_when_they_are_made():
     skids = tuple(timeline.Skid(float(line.time[frame]), points + frame) for frame in (2, 5))
     for frame, count in ((1, 0), (2, 1), (4, 1), (5, 2)):
         found = marks(scene, replace(line, skids=skids), frame)
-        drawn = [mark["ends"] for mark in found if mark["rgb"] == pytest.approx(floor._RUBBER[:3])]
+        drawn = [mark["ends"] for mark in found if mark["rgb"] == pytest.approx(floor.RUBBER[:3])]
         assert len(drawn) == count
         assert all(ends == pytest.approx(skid.points, abs=1e-6) for ends, skid in zip(drawn, skids, strict=False))
 
@@ -217,7 +203,7 @@ def test_rings_are_below_twins_and_slots_where_robots_ought_to_be():
     rings = [mark for mark in found if not mark["line"] and np.ptp(mark["rgb"]) < 0.05]
     assert [mark["ends"][0] for mark in rings] == [pytest.approx(twin[:2], abs=1e-6) for twin in line.twin[3]]
     corners = np.array([mark["ends"][0] for mark in found if mark["line"]])
-    expected = se2.act(slot[3, 1][None], floor._SLOT_SIZE * floor._SLOT[:-1])
+    expected = se2.act(slot[3, 1][None], floor.SLOT_SIZE * floor.SLOT[:-1])
     assert corners[:5] == pytest.approx(np.asarray(expected), abs=1e-6)
 
 
@@ -229,7 +215,7 @@ def test_chevrons_are_ahead_of_robots_and_the_roots_disc_below_it():
     tips = [mark["ends"][1] for mark in found if mark["line"]][::2]
     for pose, tip in zip(line.pose[3], tips, strict=True):
         ahead = np.asarray(se2.between(pose, np.array([*tip, pose[2]])))
-        assert ahead[0] > floor._HULL
+        assert ahead[0] > floor.HULL
         assert ahead[1] == pytest.approx(0.0, abs=1e-6)
 
 
@@ -247,18 +233,18 @@ def test_map_has_x_to_the_right_y_up_and_its_bar_is_to_scale():
     seen = []
     for offset in ((0.0, 0.0), (0.5, 0.0), (0.0, 0.5)):
         pose = np.zeros((2, 3))
-        pose[:, :2] = inset._middle
+        pose[:, :2] = inset.middle
         pose[0, :2] += offset
         pose[1, :2] -= 1.0  # out of the way
         seen.append(np.median(pixels_of(np.asarray(inset.draw(pose, 0).convert("RGB")), 0), axis=0))
     right, up = seen[1] - seen[0], seen[2] - seen[0]
-    assert right == pytest.approx([0.5 * inset._scale, 0.0], abs=1.5)
-    assert up == pytest.approx([0.0, -0.5 * inset._scale], abs=1.5)
+    assert right == pytest.approx([0.5 * inset.scale, 0.0], abs=1.5)
+    assert up == pytest.approx([0.0, -0.5 * inset.scale], abs=1.5)
     foot = np.asarray(inset._faint)[-round(5 * 2.0 * map._FINE)]  # the row of the bar
     grey = np.flatnonzero((foot[:, :3] == letters.GREY).all(axis=-1))
     bar = grey[: 1 + np.argmax(np.append(np.diff(grey), 2) > 1)].size / map._FINE
-    metres = map.round_length(0.3 * inset._size[0] / inset._scale)
-    assert bar == pytest.approx(metres * inset._scale, abs=3.0)  # ticks at its ends stand out
+    metres = map.round_length(0.3 * inset._size[0] / inset.scale)
+    assert bar == pytest.approx(metres * inset.scale, abs=3.0)  # ticks at its ends stand out
 
 
 def test_map_is_bright_up_to_now():
@@ -279,7 +265,7 @@ def test_ghosts_are_fainter_the_nearer_their_robots():
     for apart in (0.0, 0.03, 0.05, 0.3):
         body.show_ghosts(here, here + np.array([0.0, apart]))
         opacity.append(opacity_of(scene, 1))
-    assert opacity == pytest.approx([0.0, bodies._GHOST / 3, bodies._GHOST * 7 / 9, bodies._GHOST])
+    assert opacity == pytest.approx([0.0, bodies.GHOST / 3, bodies.GHOST * 7 / 9, bodies.GHOST])
 
 
 @pytest.mark.slow
@@ -332,9 +318,9 @@ def test_panel_tells_the_time_and_each_followers_error():
     recording = filmable(3)
     line = line_of(recording)
     panel = overlay.Overlay(recording, line, (640, 480))
-    assert panel._clock(3) == f"t = {line.time[3]:5.1f} s    {line.speed:g}x"
+    assert panel.clock_text(3) == f"t = {line.time[3]:5.1f} s    {line.speed:g}x"
     expected = [(f"f{k}  {letters.length(line.distance[3, k])}", robot_colour(k)) for k in (1, 2, 3)]
-    assert panel._errors(3) == expected
+    assert panel.error_lines(3) == expected
     assert len({text for text, _ in expected}) == 3
 
 
@@ -345,17 +331,7 @@ def test_panel_tells_how_far_the_furthest_twin_is():
     twin[:, 0] = line.pose[:, 0]
     panel = overlay.Overlay(recording, replace(line, twin=twin), (640, 480))
     apart = np.hypot(*(twin - line.pose)[3, 1, :2])
-    assert panel._gap(3) == [f"from ideal  {letters.length(apart)}"]
-
-
-@pytest.mark.slow
-def test_split_screen_and_panel_go_on_with_the_frames(monkeypatch):
-    grey = lambda drawn, _: np.full((*drawn._size[::-1], 3), 90, np.uint8)  # noqa: E731
-    monkeypatch.setattr(scene_renderer.SceneRenderer, "draw", grey)
-    first, last = list(video.frames(filmable(samples=81), size=(320, 180), fps=1, speed=80.0, camera="split"))
-    (width, _), _ = chart.split((320, 180))
-    assert (first[:, width:] != last[:, width:]).any()
-    assert (first[:, :width] != last[:, :width]).any()
+    assert panel.gap_lines(3) == [f"from ideal  {letters.length(apart)}"]
 
 
 @pytest.mark.slow
@@ -379,18 +355,6 @@ def test_picture_says_that_a_run_was_interrupted_in_its_last_frame_only():
 )
 def test_scale_of_robots(robot, scale):
     assert bodies.robot_scale(make_scene(SceneSpec(("leader",), robot=robot))) == pytest.approx(scale, rel=0.01)
-
-
-@pytest.mark.slow
-def test_key_light_goes_with_the_camera(filmed):
-    scene, line, path, drawn = filmed
-    for frame in (0, len(line) - 1):
-        drawn._path.place(drawn._camera, frame)
-        drawn._add_robots(frame)
-        beam = path.lookat[frame] - scene.model.light_pos[drawn._key]
-        direction = scene.model.light_dir[drawn._key]
-        aside = np.linalg.norm(np.cross(beam, direction))
-        assert aside < 0.25 * np.linalg.norm(beam)  # the robots are in its patch
 
 
 @pytest.mark.slow
@@ -459,7 +423,7 @@ def test_live_plot_is_drawn_up_to_now(followers):
 
 def test_legend_names_what_there_is():
     line = line_of(parted())
-    assert [text for *_, text in legend._signs(line)] == ["ideal twin", "friction used, 0 to 100 %"]
+    assert [text for *_, text in legend.signs_of(line)] == ["ideal twin", "friction used, 0 to 100 %"]
     assert legend.draw_legend(line_of(filmable()), 1.0) is None
     assert legend.draw_legend(line, 1.0).height == 20
     assert legend.draw_legend(replace(line, twin=None, utilisation=None, slot=None, skids=()), 1.0) is None

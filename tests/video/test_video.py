@@ -174,27 +174,6 @@ def test_robots_are_drawn_where_they_are_and_move():
 
 
 @pytest.mark.slow
-def test_heading_is_visible():
-    recording = filmable()
-    scene, line, path = film(recording, (640, 480))
-    frame = len(line) - 1
-    white = {}
-    with scene_renderer.SceneRenderer(scene, line, path, (640, 480)) as drawn:
-        for turn in (0.0, np.pi):
-            qpos, pose = line.qpos.copy(), line.pose.copy()
-            pose[frame, 1, 2] = np.radians(path.azimuth[frame]) - np.pi / 2 + turn  # to the right, to the left
-            qpos[frame] = scene.qpos_of(pose[frame], np.zeros((2, 2)))
-            drawn._timeline = drawn._floor._timeline = replace(line, pose=pose, qpos=qpos, trails=())
-            picture = drawn.draw(frame)
-            body = pixels_of(picture, 1)
-            low, high = body.min(axis=0), body.max(axis=0)
-            patch = picture[low[1] : high[1], low[0] : high[0]].astype(float)
-            mark = np.argwhere(patch.min(axis=-1) > 215)
-            white[turn] = np.median(mark[:, 1]) / patch.shape[1]
-    assert white[0.0] > white[np.pi] + 0.15  # the white chevron is towards the nose
-
-
-@pytest.mark.slow
 def test_virtual_leader_is_a_marker_in_its_place():
     recording = filmable(virtual=True)
     scene, line, path = film(recording, (640, 480))
@@ -276,19 +255,6 @@ def test_every_quality_draws(name, quality):
     pictures = list(video.frames(filmable(samples=21), size=SMALL, fps=1, camera=name, quality=quality, speed=80.0))
     assert len(pictures) == 2
     assert all(picture.shape == (240, 320, 3) and picture.std() > 5 for picture in pictures)
-
-
-@pytest.mark.slow
-def test_draft_has_no_shadow_and_normal_has():
-    scene, line, path = film(filmable(), (640, 480))
-    bright = {}
-    for quality in ("draft", "normal"):
-        with scene_renderer.SceneRenderer(
-            scene, replace(line, trails=()), path, (640, 480), render_options.QUALITIES[quality]
-        ) as drawn:
-            bright[quality] = drawn.draw(len(line) - 1).astype(float).mean(axis=-1)
-    floor = bright["draft"] > 140
-    assert (floor & (bright["normal"] < bright["draft"] - 30)).sum() > 150
 
 
 @pytest.mark.slow

@@ -6,7 +6,7 @@ of its last row. Rows without a break in which a condition holds are one spell; 
 are left out, and those of one robot that are less than `GAP` apart are one event, whichever wheel they are of.
 
 Only wheels on a floor have events: a run on the ideal integrator has none. A condition that compares what is not known
-(NaN: a virtual root, telemetry before the first period) does not hold, and a kind whose variables or attributes a
+(NaN: a virtual root, telemetry before the first period) does not hold, and a kind whose variables or dimensions a
 recording lacks is not looked for.
 """
 
@@ -127,7 +127,7 @@ class EventRule:
         unit: unit of the badness.
         condition: reads the condition from a recording.
         variables: variables that it needs.
-        attributes: attributes that it needs.
+        dimensions: of the robot that it needs.
         shortest: how long the condition must hold without a break [s].
         worst: takes the badness of an event's rows to that of the event.
     """
@@ -137,14 +137,14 @@ class EventRule:
     unit: str
     condition: Callable[[Recording], Condition]
     variables: tuple[str, ...]
-    attributes: tuple[str, ...] = ()
+    dimensions: tuple[str, ...] = ()
     shortest: float = 0.0
     worst: Callable[[np.ndarray], float] = np.max
 
     def is_known(self, recording: Recording) -> bool:
         """Returns whether the recording has what the condition needs."""
-        variables, attributes = recording.dataset.data_vars, recording.dataset.attrs
-        return set(self.variables) <= set(variables) and set(self.attributes) <= set(attributes)
+        known = not any(np.isnan(getattr(recording.robot, name)) for name in self.dimensions)
+        return known and set(self.variables) <= set(recording.dataset.data_vars)
 
 
 def slip_speed(recording: Recording) -> np.ndarray:
@@ -260,10 +260,10 @@ def _begins(time: np.ndarray) -> np.ndarray:
 
 def _tipping(recording: Recording) -> list[Event]:
     """Returns the event of a robot that tipped over, at the end of the period that was not recorded any more."""
-    attributes = recording.dataset.attrs
-    if attributes.get("diverged_reason") != TIPPED_OVER:
+    ended = recording.divergence
+    if ended is None or ended.reason != TIPPED_OVER:
         return []
-    robot, time = str(attributes["diverged_robot"]), float(attributes["diverged_time"])
+    robot, time = ended.robot, ended.time
     tilt = recording["tilt"].values[:, recording.robots.index(robot)]
     return [Event("tipped", robot, None, time, time, "tilt", float(tilt.max()), "rad")]
 

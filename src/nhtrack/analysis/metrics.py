@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import asdict
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from nhtrack.analysis.events import find_events
+from nhtrack.analysis.events import Event, find_events
 from nhtrack.recording import Recording
+from nhtrack.settling import SettlingLimits, first_late_row, settling_limits, settling_rows
 
-LATE = 0.15  # share of the run, at its end, that counts as late
-SETTLED = 0.05  # share of the largest error within which a follower counts as settled
 _FEW = 100  # robots, up to which all pairs are looked at
 
 
@@ -47,22 +47,21 @@ def heading_gap(recording: Recording) -> np.ndarray:
 
 def late_rows(recording: Recording) -> slice:
     """Returns the rows of the last 15 % of the time."""
-    time = recording.time
-    return slice(int(np.searchsorted(time, time[0] + (1 - LATE) * (time[-1] - time[0]))), None)
+    return slice(first_late_row(recording.time), None)
+
+
+def limits_of(recording: Recording) -> SettlingLimits:
+    """Returns within which errors a follower of a run has settled; see `nhtrack.settling`."""
+    return settling_limits(recording.length_scale)
 
 
 def settling_times(recording: Recording) -> np.ndarray:
-    """Returns when each robot's position error last entered 5 % of its largest value [s], shape (robot,).
+    """Returns when each robot settled [s], shape (robot,); NaN for those that did not, and for the root.
 
-    NaN for the root, and where the error is not inside the band during the whole late part of the run: an error that
-    dips into it at the end has not settled.
+    What settled means: `nhtrack.settling`.
     """
-    error = position_error(recording)
-    outside = ~(error <= SETTLED * np.max(error, axis=0))
-    last_outside = np.where(outside.any(axis=0), len(error) - 1 - outside[::-1].argmax(axis=0), -1)
-    settled = last_outside + 1
-    times = np.append(recording.time, np.nan)[np.where(settled <= late_rows(recording).start, settled, -1)]
-    return np.asarray(np.where(np.isnan(error).any(axis=0), np.nan, times))
+    rows = settling_rows(limits_of(recording), position_error(recording), heading_error(recording))
+    return np.append(recording.time, np.nan)[np.where(rows <= first_late_row(recording.time), rows, -1)]
 
 
 def smallest_separation(recording: Recording) -> Separation | None:
@@ -99,28 +98,36 @@ def _nearest_of_many(positions: np.ndarray) -> tuple[float, int, int, int]:
     return nearest
 
 
-def summary(recording: Recording) -> dict[str, Any]:
+def summary(recording: Recording, events: Sequence[Event] | None = None) -> dict[str, Any]:
     """Returns the figures of a run as a tree of plain numbers and names, ready for JSON; unknown figures are None.
 
     Positions in metres, headings in radians, loads in newtons, times in seconds on the robot's clock. An infinite
     utilisation, of a wheel that carries no load, is None like any figure that is not known. *Late* means the worst over
-    the last 15 % of the run. The events are those of `nhtrack.analysis.events.find_events`.
+    the last 15 % of the run, `settling_limits` are those of `nhtrack.settling`. The events are those of
+    `nhtrack.analysis.events.find_events`.
+
+    Args:
+        recording: the run.
+        events: of the run, if they are known; else they are looked for.
     """
     separation = smallest_separation(recording)
+    events = find_events(recording) if events is None else events
     return {
         "name": recording.name,
         "backend": recording.backend,
         "outcome": recording.outcome,
         "duration": float(recording.time[-1]),
         "similarity": {"length": recording.length_scale, "time": recording.time_scale},
-        "followers": _follower_figures(recording),
-        "robots": _robot_figures(recording),
+        "settling_limits": limits_of(recording)._asdict(),
+        "followers": follower_figures(recording),
+        "robots": robot_figures(recording),
         "smallest_separation": None if separation is None else separation._asdict(),
-        "events": [asdict(event) | {"worst": _plain(event.worst)} for event in find_events(recording)],
+        "events": [asdict(event) | {"worst": _plain(event.worst)} for event in events],
     }
 
 
-def _follower_figures(recording: Recording) -> dict[str, dict[str, float | None]]:
+def follower_figures(recording: Recording) -> dict[str, dict[str, Any]]:
+    """Returns the errors of every follower by its name, and when it settled; see `summary`."""
     position, heading = position_error(recording), np.abs(heading_error(recording))
     late, settled = late_rows(recording), settling_times(recording)
     columns = {name: i for i, name in enumerate(recording.robots)}
@@ -137,7 +144,8 @@ def _follower_figures(recording: Recording) -> dict[str, dict[str, float | None]
     }
 
 
-def _robot_figures(recording: Recording) -> dict[str, dict[str, float | None]]:
+def robot_figures(recording: Recording) -> dict[str, dict[str, Any]]:
+    """Returns path, gap to the twin, friction, load and torque of every robot by its name; see `summary`."""
     travelled = np.hypot(*np.moveaxis(np.diff(recording["pose"].values[..., :2], axis=0), -1, 0)).sum(axis=0)
     position, heading = position_gap(recording), np.abs(heading_gap(recording))
     columns: dict[str, np.ndarray] = {

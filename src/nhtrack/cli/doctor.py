@@ -12,11 +12,12 @@ from pathlib import Path
 
 from nhtrack import assets, gl
 from nhtrack.errors import NhtrackError, RenderError
+from nhtrack.mjcf import has_dm_control
 
 __all__ = ["Check", "report"]
 
 # The packages that move numbers or draw pictures: the ones a report of trouble should name.
-PACKAGES = ("mujoco", "dm_control", "numpy", "scipy", "xarray", "h5netcdf", "matplotlib", "imageio-ffmpeg")
+PACKAGES = ("mujoco", "numpy", "scipy", "xarray", "h5netcdf", "matplotlib", "imageio-ffmpeg")
 OLDEST_PYTHON = (3, 11)
 
 
@@ -100,15 +101,21 @@ def _disk() -> str:
     """Writes a file where results go by default, and takes it away again."""
     here = Path.cwd()
     try:
-        with tempfile.NamedTemporaryFile(dir=here, prefix=".nhtrack-"):
+        with tempfile.TemporaryFile(dir=here):
             return f"{here} is writeable"
     except OSError as error:
         raise NhtrackError(f"{here} is not writeable ({error.strerror}): give --out a folder that is") from error
 
 
+def _mjcf() -> str:
+    """MJCF is read without dm_control, too."""
+    return importlib.metadata.version("dm_control") if has_dm_control() else "none, and none is needed"
+
+
 _LOOKS: dict[str, Callable[[], str]] = {
     "OpenGL": _opengl,
     "ffmpeg": _ffmpeg,
+    "dm_control": _mjcf,
     "mujoco.batch": _batch,
     "robots": _robots,
     "disk": _disk,

@@ -23,6 +23,7 @@ from nhtrack.config.values import Backend, Name, PlanarTwist, RunName
 from nhtrack.errors import did_you_mean
 from nhtrack.references import SignalInput, SignalValue
 from nhtrack.section import Finding, Section, fault
+from nhtrack.settling import HEADING, POSITION
 
 _LABEL = re.compile(r"[A-Za-z][A-Za-z0-9_ -]{0,39}\Z")  # it names files
 BUNDLED = (*FAMILIES, RANDOM)
@@ -46,10 +47,10 @@ class Starts(Section):
 
 
 class Arrival(Section):
-    """What counts as converged: an error that stays this small until the end."""
+    """When a follower has settled: its errors stay this small until the end."""
 
-    position: float = Field(default=0.01, gt=0, description="largest distance from the place [scenario length]")
-    heading: float = Field(default=0.02, gt=0, description="largest heading error [rad]")
+    position: float = Field(default=POSITION, gt=0, description="largest distance from the place [scenario length]")
+    heading: float = Field(default=HEADING, gt=0, description="largest heading error [rad]")
     last: float = Field(default=15.0, gt=0, description="how long before the end it counts [scenario time]")
 
 

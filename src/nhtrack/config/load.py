@@ -3,21 +3,21 @@
 from __future__ import annotations
 
 import copy
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path as FilePath
 from typing import Any, Generic, TypeVar
 
 from pydantic import ValidationError
-from ruamel.yaml.error import YAMLError
 
 from nhtrack import assets
 from nhtrack.config.campaign import Campaign, campaign_findings
+from nhtrack.config.changes import apply_overrides, parse_override
 from nhtrack.config.checks import Checks, findings, no_checks
 from nhtrack.config.messages import shape_faults
 from nhtrack.config.named_files import with_named_files
 from nhtrack.config.scenario import Scenario
-from nhtrack.config.tree import Document, Path, ancestors, dotted, parse_path, parse_yaml, plain_value
+from nhtrack.config.tree import Document, Path, ancestors, dotted, parse_yaml
 from nhtrack.errors import Fault, ScenarioError, did_you_mean
 from nhtrack.section import Finding, Section
 
@@ -163,81 +163,13 @@ class Loader:
         return loaded
 
 
-def apply_overrides(tree: Any, overrides: Iterable[str]) -> Any:
-    """Returns a copy of a tree with `key.path=value` changes made, each value read as YAML.
-
-    Sections on the way are made where they are missing; a list item must exist. The file of a law starts from the
-    working directory.
-
-    Raises:
-        ScenarioError: a change that is not of that form, or whose place does not exist.
-    """
-    changed, faults = copy.deepcopy(tree), list[Fault]()
-    for text in overrides:
-        try:
-            path, value = parse_override(text)
-            _assign(changed, path, _from_here(path, value))
-        except ValueError as error:
-            faults.append(Fault(0, 0, "", f"--set {text}: {error}"))
-    if faults:
-        raise ScenarioError("command line", faults)
-    return changed
-
-
-def parse_override(text: str) -> tuple[Path, Any]:
-    """Returns the path and the value of a `key.path=value` text.
-
-    Raises:
-        ValueError: not of that form, or a value that is not YAML.
-    """
-    key, equals, value = text.partition("=")
-    if not equals:
-        raise ValueError("expected key.path=value")
-    path = parse_path(key.strip())
-    try:
-        return path, plain_value(value)
-    except YAMLError:
-        raise ValueError(f"{value!r} is not a YAML value") from None
-
-
-def _from_here(path: Path, value: Any) -> Any:
-    """Returns a value with the file of a law, if it is one, by its full path."""
-    if path == ("law", "file") and isinstance(value, str) and value:
-        return str(FilePath(value).resolve())
-    if path == ("law",) and isinstance(value, dict) and "file" in value:
-        return {**value, "file": _from_here(("law", "file"), value["file"])}
-    return value
-
-
-def _assign(tree: Any, path: Path, value: Any) -> None:
-    """Sets the value at a path of a tree, making sections on the way."""
-    node = tree
-    for i, step in enumerate(path):
-        last = i == len(path) - 1
-        where = dotted(path[:i]) or "the scenario"
-        if isinstance(step, int):
-            if not isinstance(node, list):
-                raise ValueError(f"{where} is not a list")
-            if step >= len(node):
-                raise ValueError(f"{where} has {len(node)} items, counted from 0")
-        elif not isinstance(node, dict):
-            raise ValueError(f"{where} is not a section with keys")
-        elif not last and not isinstance(node.get(step), (dict, list)):
-            node[step] = {}
-        if last:
-            node[step] = value
-        else:
-            node = node[step]
-
-
 def _placed(path: Path, message: str, document: Document, changed: Mapping[Path, str]) -> Fault:
     """Returns the fault of a path, placed at its key or the nearest above it, or on the command line."""
-    for here in ancestors(path):
-        if here in changed:
-            return Fault(0, 0, dotted(path), f"{message} (from --set {changed[here]})")
-        if here in document.positions:
-            return Fault(*document.positions[here], dotted(path), message)
-    return Fault(0, 0, dotted(path), message)
+    brought = next((changed[here] for here in ancestors(path) if here in changed), None)
+    if brought is not None:
+        return Fault(0, 0, dotted(path), f"{message} (from --set {brought})")
+    place = next((document.positions[here] for here in ancestors(path) if here in document.positions), (0, 0))
+    return Fault(*place, dotted(path), message)
 
 
 def _path_of(source: str | FilePath, form: _Form[Any]) -> FilePath:

@@ -21,6 +21,7 @@ from nhtrack.config.similarity_section import SimilaritySection
 from nhtrack.config.values import Backend, RunName
 from nhtrack.config.video import Video
 from nhtrack.section import Section
+from nhtrack.views import drawn_by
 
 
 class Record(Section):
@@ -72,6 +73,10 @@ class Scenario(Section):
     law: Law = Field(description="the law every follower obeys, with gains in scenario units")
     record: Record = Field(default=Record(), description="what of the run is kept")
     video: Video = Field(default=Video(), description="how the film of the run is made")
+
+    def _repr_html_(self) -> str:
+        """Returns what a notebook shows of the scenario."""
+        return drawn_by("nhtrack.studies.run.scenario_view.scenario_html", self)
 
     @property
     def periods(self) -> int:

@@ -12,8 +12,9 @@ from nhtrack.config.scenario import Scenario
 from nhtrack.effects import effects_of
 from nhtrack.errors import SimulationDiverged
 from nhtrack.experiment.followers import Tracking
+from nhtrack.experiment.kernels import CompiledSimulation
 from nhtrack.experiment.limits import motion_limits
-from nhtrack.experiment.loop import Progress, Rollout, Simulation, rollout, run
+from nhtrack.experiment.loop import Progress, Rollout, rollout, run
 from nhtrack.experiment.recorder import FullRecorder, Recorder
 from nhtrack.laws import Law, Limits
 from nhtrack.network import Network
@@ -58,7 +59,7 @@ class Experiment:
 
     def rollout(
         self,
-        simulation: Simulation,
+        simulation: CompiledSimulation,
         progress: Progress | None = None,
         batch: tuple[int, ...] = (),
         recorder: FullRecorder | None = None,
@@ -69,7 +70,7 @@ class Experiment:
             simulation, self.law, self.network, self.inputs, start, self.tracking, progress, recorder, self.every
         )
 
-    def record(self, simulation: Simulation, recorder: Recorder, threads: int = 1) -> SimulationDiverged | None:
+    def record(self, simulation: CompiledSimulation, recorder: Recorder, threads: int = 1) -> SimulationDiverged | None:
         """Runs this experiment in a simulation and returns why it ended early, or None; see `run`."""
         return run(
             simulation, self.law, self.network, self.inputs, self.start, recorder, self.tracking, threads=threads

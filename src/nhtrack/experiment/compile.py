@@ -11,11 +11,13 @@ import numpy as np
 
 from nhtrack.compiled import cache_folder, is_complete, mark_complete
 from nhtrack.execution import Processes
+from nhtrack.experiment.kernels import CompiledSimulation
 from nhtrack.experiment.loop import rollout, run
-from nhtrack.experiment.run_statistics import ArrivalCriteria, RunStatistics
+from nhtrack.experiment.run_statistics import RunStatistics
 from nhtrack.laws import Law, LawKind, laws
 from nhtrack.laws.evaluate import first_memories
 from nhtrack.network import Network
+from nhtrack.settling import settling_limits
 from nhtrack.simulation.ideal import IdealSimulation
 from nhtrack.simulation.mujoco import MujocoSimulation
 from nhtrack.simulation.scene import SceneSpec, make_scene
@@ -69,13 +71,13 @@ def _own_laws() -> tuple[LawKind, ...]:
     return tuple(kind for kind in laws().values() if kind.built_in)
 
 
-def _run(simulation: IdealSimulation | MujocoSimulation) -> None:
+def _run(simulation: CompiledSimulation) -> None:
     """Runs two robots for two periods in every way that compiled code is called."""
     network = Network.from_parents({"leader": (), "follower": ("leader",)})
     start = State(0.0, np.array([[0.0, 0.0, 0.0], [-0.5, 0.2, 0.0]]), np.zeros((2, 3)))
     law, inputs = _plain(_own_laws()[0]), np.zeros((2, 2))
     rollout(simulation, law, network, inputs, start)
-    run(simulation, law, network, inputs, start, RunStatistics(ArrivalCriteria(1.0, 0.0, 0.0, 0.0), ()))
+    run(simulation, law, network, inputs, start, RunStatistics(settling_limits(1.0), 0, ()))
     simulation.step(np.zeros((2, 2)))
     simulation.drive_by(np.zeros((1, 2, 2)))
 

@@ -3,23 +3,21 @@
 from __future__ import annotations
 
 import traceback
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from nhtrack.errors import SimulationDiverged
 from nhtrack.experiment.followers import Followers, Memories, begin_followers, make_scratch
+from nhtrack.experiment.kernels import CompiledSimulation
 from nhtrack.laws.address import call_law
 from nhtrack.laws.law import Law
 from nhtrack.laws.own_file import LawError
 from nhtrack.simulation.faults import COMMAND, FINE
 from nhtrack.simulation.faults import LAW as LAW_RAISED
 
-if TYPE_CHECKING:
-    from nhtrack.experiment.loop import Simulation
 
-
-def require_begun(law: Law, followers: Followers, memories: Memories, simulation: Simulation) -> None:
+def require_begun(law: Law, followers: Followers, memories: Memories, simulation: CompiledSimulation) -> None:
     """Gives followers their first memory.
 
     Raises:
@@ -33,7 +31,7 @@ def require_begun(law: Law, followers: Followers, memories: Memories, simulation
 
 
 def failure_of(
-    simulation: Simulation, law: Law, followers: Followers, memories: Memories, rows: np.ndarray
+    simulation: CompiledSimulation, law: Law, followers: Followers, memories: Memories, rows: np.ndarray
 ) -> SimulationDiverged | None:
     """Returns why a run cannot go on, or None.
 
@@ -67,7 +65,13 @@ def _place(law: Law) -> str:
 
 
 def _what_it_raised(
-    law: Law, followers: Followers, memories: Memories, simulation: Simulation, b: int, robot: int, function: str
+    law: Law,
+    followers: Followers,
+    memories: Memories,
+    simulation: CompiledSimulation,
+    b: int,
+    robot: int,
+    function: str,
 ) -> str:
     """Returns what the law raises when it is called as Python with what it was called with, and where."""
     motion = simulation.motion

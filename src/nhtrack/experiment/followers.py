@@ -11,7 +11,7 @@ import numpy as np
 
 from nhtrack.arrays import Array
 from nhtrack.compiled import call_6, compiled_inside, compiled_loop
-from nhtrack.laws.address import FAILED
+from nhtrack.laws.address import FAILED, entry_of
 from nhtrack.laws.contract import Leader
 from nhtrack.laws.law import Law
 from nhtrack.laws.virtual_leader import displace, fold
@@ -119,8 +119,8 @@ def make_followers(network: Network, tracking: Tracking, law: Law, dt: float) ->
         dead_zone_speed=float(tracking.dead_zone_speed),
         rate_limit=float(tracking.rate_limit),
         dt=float(dt),
-        init=law.kind.entry.init,
-        command=law.kind.entry.command,
+        init=entry_of(law.kind).init,
+        command=entry_of(law.kind).command,
         gains=law.gain_rows,
         context=np.array([dt, *law.limits], dtype=float),
     )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -12,7 +12,12 @@ from nhtrack.experiment.rows import Rows, write_row
 from nhtrack.simulation.engine import begin, finish, lose, step_simulation
 from nhtrack.simulation.faults import LAW
 from nhtrack.simulation.flow import Flow, Integrator, step_flow
+from nhtrack.simulation.ideal import IdealSimulation
 from nhtrack.simulation.motion import Motion, Place, Wheels
+from nhtrack.simulation.mujoco import MujocoSimulation
+
+# What has a period that compiled code can run.
+CompiledSimulation: TypeAlias = IdealSimulation | MujocoSimulation
 
 _FAILED, _ENDED, _COMMANDED = range(3)
 

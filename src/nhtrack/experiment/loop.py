@@ -12,7 +12,6 @@ from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import TypeAlias
 
 import numpy as np
 
@@ -27,17 +26,15 @@ from nhtrack.experiment.followers import (
     make_memories,
     make_scratch,
 )
-from nhtrack.experiment.kernels import Block, command_fleet, finish_fleet, run_ideal, run_on_wheels
+from nhtrack.experiment.kernels import Block, CompiledSimulation, command_fleet, finish_fleet, run_ideal, run_on_wheels
 from nhtrack.experiment.recorder import FullRecorder, Recorder, Shape
 from nhtrack.laws.law import Law
 from nhtrack.network import Network
 from nhtrack.simulation.engine import roll_units
-from nhtrack.simulation.ideal import IdealSimulation
 from nhtrack.simulation.mujoco import MujocoSimulation
 from nhtrack.simulation.state import State
 
 Progress = Callable[[int, int], None]
-Simulation: TypeAlias = IdealSimulation | MujocoSimulation
 
 _FIRST_BLOCK = 8  # control periods of the first call of compiled code
 _PAUSE = 0.1  # [s] how long a call may last, so that progress is told and Ctrl-C is heard
@@ -77,7 +74,7 @@ class Rollout:
 
 
 def rollout(
-    simulation: Simulation,
+    simulation: CompiledSimulation,
     law: Law,
     network: Network,
     inputs: np.ndarray,
@@ -89,7 +86,7 @@ def rollout(
 ) -> Rollout:
     """Returns the run of a network under a law, every row of it.
 
-    A run that diverges, or that the user interrupts, ends early and keeps what it has.
+    A run that diverges, or that the user interrupts after its first rows, ends early and keeps what it has.
 
     Args:
         simulation: what moves the robots.
@@ -109,6 +106,8 @@ def rollout(
     try:
         failure = run(simulation, law, network, inputs, start, recorder, tracking, progress, every)
     except KeyboardInterrupt:
+        if not recorder.count:
+            raise
         interrupted = True
     batch = start.g.ndim > 2
     one = slice(None) if batch else 0
@@ -118,7 +117,7 @@ def rollout(
 
 
 def run(
-    simulation: Simulation,
+    simulation: CompiledSimulation,
     law: Law,
     network: Network,
     inputs: np.ndarray,
@@ -171,7 +170,7 @@ def run(
 class _Loop:
     """A run that has begun; see `run`."""
 
-    simulation: Simulation
+    simulation: CompiledSimulation
     law: Law
     followers: Followers
     memories: Memories

@@ -10,6 +10,7 @@ import numpy as np
 from nhtrack.compiled import compiled_inside, compiled_loop
 from nhtrack.experiment.recorder import Shape, Streaming
 from nhtrack.experiment.rows import BARE, COLUMNS, Rows
+from nhtrack.settling import SettlingLimits, is_near_compiled
 from nhtrack.simulation import columns
 
 FOLLOWER = 1  # its place behind the leader
@@ -19,29 +20,13 @@ _SPEED, _SATURATION, _UTILISATION = (
 )
 
 
-class ArrivalCriteria(NamedTuple):
-    """When a follower has arrived.
-
-    Attributes:
-        length: of the unit of positions [m].
-        position: largest distance to what it tracks, in that unit.
-        heading: largest heading error [rad].
-        late: control period from which on errors are late errors.
-    """
-
-    length: float
-    position: float
-    heading: float
-    late: float
-
-
 class Statistics(NamedTuple):
     """Figures of b runs.
 
     Attributes:
-        position: largest late distance, in the criteria's unit, shape (b,).
+        position: largest late distance [m], shape (b,).
         heading: largest late heading error [rad], shape (b,).
-        settled: control period from which on the follower has arrived, shape (b,).
+        settled: first row from which on errors are within the limits, see `settling_rows`, shape (b,).
         utilisation: largest friction utilisation, shape (b,).
         saturated: sum over periods of the share in which a motor was at its limit, shape (b,).
         effort: sum of squared accelerations, shape (b, 2).
@@ -65,12 +50,13 @@ class RunStatistics(Streaming):
     A run that is lost counts up to the row before it was: what is lost has no telemetry.
 
     Args:
-        criteria: when a follower has arrived.
+        limits: within which a follower has settled.
+        late: control period from which on errors are late errors.
         modes: places in the law's memory whose changes are counted.
     """
 
-    def __init__(self, criteria: ArrivalCriteria, modes: tuple[int, ...]) -> None:
-        self._criteria, self._modes = criteria, np.array(modes, dtype=np.int64)
+    def __init__(self, limits: SettlingLimits, late: int, modes: tuple[int, ...]) -> None:
+        self._limits, self.late, self._modes = limits, late, np.array(modes, dtype=np.int64)
 
     def begin(self, shape: Shape) -> None:
         """Sets all figures to those of no run."""
@@ -84,18 +70,18 @@ class RunStatistics(Streaming):
 
     def take(self, first: int, count: int, rows: Rows) -> None:
         """Adds rows to the figures."""
-        _take(self.figures, self._criteria, self._modes, first, count, rows)
+        _take(self.figures, self._limits, self.late, self._modes, first, count, rows)
 
 
 @compiled_loop
 def _take(
-    figures: Statistics, criteria: ArrivalCriteria, modes: np.ndarray, first: int, count: int, rows: Rows
+    figures: Statistics, limits: SettlingLimits, late: int, modes: np.ndarray, first: int, count: int, rows: Rows
 ) -> None:
     """Adds rows from `first` on to the figures, row by row: the last digits do not depend on how many come at once."""
     for b in range(rows.table.shape[0]):
         for k in range(count):
             row = rows.table[b, k, FOLLOWER]
-            _take_error(figures, criteria, b, first + k, row)
+            _take_error(figures, limits, late, b, first + k, row)
             if math.isnan(row[_SPEED]):
                 continue
             if first + k > 0:  # telemetry is of the period before, and before the first is none
@@ -115,14 +101,16 @@ def _take(
 
 
 @compiled_inside
-def _take_error(figures: Statistics, criteria: ArrivalCriteria, b: int, period: int, row: np.ndarray) -> None:
+def _take_error(
+    figures: Statistics, limits: SettlingLimits, late: int, b: int, period: int, row: np.ndarray
+) -> None:
     """Adds a follower's error."""
-    distance = math.hypot(row[_ERROR], row[_ERROR + 1]) / criteria.length
+    distance = math.hypot(row[_ERROR], row[_ERROR + 1])
     heading = abs(row[_ERROR + 2])
-    if period >= criteria.late:
+    if period >= late:
         if distance > figures.position[b]:
             figures.position[b] = distance
         if heading > figures.heading[b]:
             figures.heading[b] = heading
-    if distance > criteria.position or heading > criteria.heading:
+    if not is_near_compiled(limits, distance, heading):
         figures.settled[b] = period + 1

@@ -11,6 +11,7 @@ from typing import Any
 
 from nhtrack.errors import NhtrackError
 from nhtrack.files.atomic import atomic_path
+from nhtrack.files.temporary import remove_abandoned
 
 COMPARISON = "comparison.json"  # says which laws have folders of their own beside it
 _RUN = ("recording.nc", "summary.json")
@@ -43,6 +44,16 @@ def claimed_folder(name: str, out: Path | None, overwrite: bool) -> Iterator[Pat
         raise
 
 
+def require_free(file: Path, overwrite: bool) -> None:
+    """Raises, before any work is done, where a file must not be replaced after it.
+
+    Raises:
+        OutputError: it exists, and `overwrite` does not allow it to be replaced.
+    """
+    if file.exists() and not overwrite:
+        raise OutputError(f"{file} exists; choose another --out, or --force to replace it")
+
+
 def fresh_folder(name: str) -> Path:
     """Makes and returns `runs/<name>-<n>` with the first free n; two runs at once get two folders."""
     parent = Path("runs")
@@ -60,8 +71,7 @@ def fresh_folder(name: str) -> Path:
 
 def _claimed(out: Path, overwrite: bool) -> Path:
     """Returns a results folder that exists and can be written to, found out before anything is run."""
-    if not overwrite and out.exists() and (not out.is_dir() or any(out.iterdir())):
-        raise OutputError(f"{out} exists already; choose another --out, or --force to write into it")
+    require_unused(out, overwrite)
     try:
         out.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryFile(dir=out):
@@ -69,6 +79,25 @@ def _claimed(out: Path, overwrite: bool) -> Path:
     except OSError as error:
         raise OutputError(f"cannot write results into {out}: {error.strerror}") from error
     return out
+
+
+def require_unused(out: Path, overwrite: bool) -> None:
+    """Removes from a results folder what processes that are gone left half-written, and has a look at the rest.
+
+    Raises:
+        OutputError: it is no folder, or there is something in it and it is not to be overwritten.
+    """
+    if is_used(out) and not overwrite:
+        raise OutputError(f"{out} exists already; choose another --out, or --force to write into it")
+
+
+def is_used(out: Path) -> bool:
+    """Returns whether something has the name of a results folder, other than an empty folder; see `require_unused`."""
+    if not out.is_dir():
+        return out.exists()
+    for folder in (out, *(inner for inner in out.iterdir() if inner.is_dir())):
+        remove_abandoned(folder)
+    return any(out.iterdir())
 
 
 def clear(folder: Path) -> None:

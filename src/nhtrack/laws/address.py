@@ -14,19 +14,18 @@ import sys
 import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
 from multiprocessing import parent_process
 from pathlib import Path
 from types import ModuleType
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from nhtrack.compiled import WRAPPERS, cache_folder, compiled, compiled_for_address
 from nhtrack.errors import NhtrackError
 from nhtrack.laws.contract import Follower, Leader, Limits
 from nhtrack.laws.functions import as_compiled, python_of, texts_reached
+from nhtrack.laws.law import LawKind
 from nhtrack.laws.slots import Slot, flattened, packed, slots_of
-
-if TYPE_CHECKING:
-    from nhtrack.laws.law import LawKind
 
 POINTERS = 6
 CONTEXT = 1 + len(Limits._fields)
@@ -59,6 +58,7 @@ class Entry:
     owner: Any
 
 
+@cache
 def entry_of(kind: LawKind) -> Entry:
     """Returns the addresses of a law; one that cannot be compiled is called as Python, and a warning says so once."""
     try:

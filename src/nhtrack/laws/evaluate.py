@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from nhtrack.compiled import call_6, compiled
-from nhtrack.laws.address import FAILED, call_law
+from nhtrack.laws.address import FAILED, call_law, entry_of
 from nhtrack.laws.contract import Follower, Leader
-
-if TYPE_CHECKING:
-    from nhtrack.laws.law import Law
+from nhtrack.laws.law import Law
 
 
 def first_memories(law: Law, follower: np.ndarray, leader: np.ndarray, period: float = 0.01) -> np.ndarray:
@@ -56,7 +52,7 @@ def _ask(
     held = memory if memory.shape[1] else np.zeros((len(memory), 1))
     context, gains = np.array([period, *law.limits], dtype=float), law.gain_rows
     u = np.zeros((len(seen), FAILED + 1))
-    failed = ask_all(getattr(law.kind.entry, function), gains, context, seen, tracked, held, u)
+    failed = ask_all(getattr(entry_of(law.kind), function), gains, context, seen, tracked, held, u)
     if failed >= 0:
         own = gains[failed if len(gains) > 1 else 0]
         call_law(law.kind, function, own, context, seen[failed], tracked[failed], memory[failed])

@@ -12,7 +12,6 @@ from typing import Any, get_type_hints
 
 import numpy as np
 
-from nhtrack.laws.address import Entry, entry_of
 from nhtrack.laws.contract import Gain, Limits
 from nhtrack.laws.faults import contract_faults
 from nhtrack.laws.functions import as_python
@@ -120,11 +119,6 @@ class LawKind:
         """Its `init` and `command` as Python, with all that they call."""
         functions = {"init": self.init, "command": self.command}
         return {name: as_python(function) for name, function in functions.items() if function is not None}
-
-    @cached_property
-    def entry(self) -> Entry:
-        """The addresses of its compiled code."""
-        return entry_of(self)
 
     def __call__(self, *, limits: Limits | None = None, **gains: Any) -> Law:
         """Returns the law with gains in robot units."""

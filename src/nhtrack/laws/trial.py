@@ -4,15 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from nhtrack.laws.contract import Follower, Leader, Limits
 from nhtrack.laws.faults import SIGNATURES
 from nhtrack.laws.functions import as_python, python_of
+from nhtrack.laws.law import Law, LawKind
 from nhtrack.laws.own_file import place_of
-
-if TYPE_CHECKING:
-    from nhtrack.laws.law import Law, LawKind
 
 _PERIOD = 0.01
 _FOLLOWER = Follower(-0.5, 0.3, 0.2, 0.1, 0.0, -0.1)

@@ -6,11 +6,12 @@ have nothing to say of a run is None.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 
 from matplotlib.figure import Figure
 
+from nhtrack.analysis.events import Event, find_events
 from nhtrack.plots.files import save_figure
 from nhtrack.plots.graph import communication
 from nhtrack.plots.paths import trajectories
@@ -18,9 +19,20 @@ from nhtrack.plots.series import errors, gap, inputs, slip
 from nhtrack.plots.style import column_styled
 from nhtrack.recording import Recording
 
-__all__ = ["FIGURES", "communication", "errors", "gap", "inputs", "save_figures", "slip", "trajectories"]
+__all__ = [
+    "FIGURES",
+    "communication",
+    "draw_figures",
+    "errors",
+    "gap",
+    "inputs",
+    "save_drawn",
+    "save_figures",
+    "slip",
+    "trajectories",
+]
 
-FIGURES: dict[str, Callable[[Recording], Figure | None]] = {
+FIGURES: dict[str, Callable[..., Figure | None]] = {
     "trajectories": trajectories,
     "errors": errors,
     "inputs": inputs,
@@ -28,24 +40,46 @@ FIGURES: dict[str, Callable[[Recording], Figure | None]] = {
     "gap": gap,
     "graph": communication,
 }
+_MARKED = ("errors", "slip", "gap")  # those that mark events
 
 
-@column_styled
-def save_figures(recording: Recording, folder: Path, *, pdf: bool = False) -> list[Path]:
+def save_figures(
+    recording: Recording, folder: Path, *, pdf: bool = False, events: Sequence[Event] | None = None
+) -> list[Path]:
     """Writes every figure that says something; each file appears only once it is whole.
 
     Args:
         recording: the run.
         folder: where to write.
         pdf: whether to write for print, see `nhtrack.plots.files.save_figure`.
+        events: of the run, if they are known; else they are looked for.
 
     Returns:
         The files, in the order of `FIGURES`, PNG before PDF; without those that have nothing to say of the run, as
         the gap of one that is its own ideal twin.
     """
     written = []
-    for name, draw in FIGURES.items():
-        figure = draw(recording)
+    for name, figure in draw_figures(recording, FIGURES, events):
+        written += save_drawn(recording.name, {name: figure}, folder, pdf=pdf)
+    return written
+
+
+def draw_figures(
+    recording: Recording, names: Iterable[str], events: Sequence[Event] | None = None
+) -> Iterator[tuple[str, Figure]]:
+    """Yields those of the named figures that have something to say of a run, with their names; see `save_figures`."""
+    found = find_events(recording) if events is None else events
+    for name in names:
+        draw = FIGURES[name]
+        figure = draw(recording, found) if name in _MARKED else draw(recording)
         if figure is not None:
-            written += save_figure(figure, folder / name, pdf=pdf, title=f"{recording.name}: {name}")
+            yield name, figure
+
+
+@column_styled
+def save_drawn(run: str, figures: Mapping[str, Figure], folder: Path, *, pdf: bool = False) -> list[Path]:
+    """Writes figures of a run, by their names; see `save_figures`."""
+    written = []
+    for name, figure in figures.items():
+        written += save_figure(figure, folder / name, pdf=pdf, title=f"{run}: {name}")
     return written

@@ -5,13 +5,14 @@ All are in the robots' units: metres on the floor, seconds of the robots' clock.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any, get_args
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from nhtrack.analysis.events import Kind, find_events
+from nhtrack.analysis.events import Event, Kind, find_events
 from nhtrack.analysis.metrics import heading_error, heading_gap, position_error, position_gap
 from nhtrack.colours import INK
 from nhtrack.plots.event_marks import mark_events
@@ -39,11 +40,15 @@ _SLIP_VARIABLES = ("lateral_slip", "longitudinal_slip", "wheel_load", "friction_
 
 
 @column_styled
-def errors(recording: Recording) -> Figure:
+def errors(recording: Recording, events: Sequence[Event] | None = None) -> Figure:
     """Returns each follower's position and heading error, linear and logarithmic.
 
     Position error is the distance to the pose it was told to track [m]; heading error the angle to it, in
     (-pi, pi] [rad]. The followers' events are shaded.
+
+    Args:
+        recording: the run.
+        events: of the run, if they are known; else they are looked for.
     """
     distance, heading = position_error(recording)[:, 1:], heading_error(recording)[:, 1:]
     position_label, heading_label = "position [m]", "heading [rad]"
@@ -66,18 +71,19 @@ def errors(recording: Recording) -> Figure:
     sheet.logarithmic(3)
     sheet.panels[0].set_ylim(bottom=0.0)
     sheet.panels[2].axhline(0.0, color="#999999", linewidth=0.6, zorder=1)
-    followers = [event for event in find_events(recording) if event.robot != recording.robots[0]]
+    followers = [event for event in _known(events, recording) if event.robot != recording.robots[0]]
     for row, axes in enumerate(sheet.panels):
         mark_events(axes, recording, followers, get_args(Kind), bars=False, names=row == 0)
     return sheet.finished()
 
 
 @column_styled
-def gap(recording: Recording) -> Figure | None:
+def gap(recording: Recording, events: Sequence[Event] | None = None) -> Figure | None:
     """Returns the distance [m] and the angle [rad] of every robot from its ideal twin at the same time, logarithmic.
 
     The twin is the same scenario and the same sampled law on the ideal integrator. Units have the prefix that suits
-    them, and all events are shaded. None where the run is its own twin: there is nothing to tell.
+    them, and all events are shaded. None where the run is its own twin: there is nothing to tell. Arguments as of
+    `errors`.
     """
     if recording.backend == "ideal" or "ideal_pose" not in recording.dataset:
         return None
@@ -87,11 +93,11 @@ def gap(recording: Recording) -> Figure | None:
         ("distance from the ideal twin", f"position gap [{scales[0][1]}m]"),
         ("angle from the ideal twin", f"heading gap [{scales[1][1]}rad]"),
     ]
-    sheet, events = Sheet(recording, panels), find_events(recording)
+    sheet, found = Sheet(recording, panels), _known(events, recording)
     for row, (each, (factor, _)) in enumerate(zip(values, scales, strict=True)):
         sheet.draw(row, _positive(factor * each), range(len(recording.robots)), magnitude=True)
         sheet.logarithmic(row)
-        mark_events(sheet.panels[row], recording, events, get_args(Kind), names=row == 0)
+        mark_events(sheet.panels[row], recording, found, get_args(Kind), names=row == 0)
     return sheet.finished()
 
 
@@ -115,12 +121,12 @@ def inputs(recording: Recording) -> Figure:
 
 
 @column_styled
-def slip(recording: Recording) -> Figure | None:
+def slip(recording: Recording, events: Sequence[Event] | None = None) -> Figure | None:
     """Returns lateral and longitudinal slip [m/s], wheel loads [N] and friction utilisation with its limit.
 
     Of the two wheels the one that slips, or uses friction, more is shown. Events are shaded where they concern what a
     panel shows. A run on the ideal integrator, which does not slip, has only the loads and the utilisation that the
-    reduced model predicts; None where a recording has not even these.
+    reduced model predicts; None where a recording has not even these. Arguments as of `errors`.
     """
     if not set(_SLIP_VARIABLES) <= set(recording.dataset.data_vars):
         return None
@@ -143,10 +149,14 @@ def slip(recording: Recording) -> Figure | None:
     _frame_utilisation(sheet.panels[row + 1])
     if ideal:
         return sheet.finished()
-    events = find_events(recording)
+    found = _known(events, recording)
     for axes, kinds in zip(sheet.panels, _SLIP_EVENTS, strict=True):
-        mark_events(axes, recording, events, kinds)
+        mark_events(axes, recording, found, kinds)
     return sheet.finished(*_draw_prediction(sheet.panels[row + 1], recording))
+
+
+def _known(events: Sequence[Event] | None, recording: Recording) -> Sequence[Event]:
+    return find_events(recording) if events is None else events
 
 
 def _broken_at_antipode(heading: np.ndarray) -> np.ndarray:

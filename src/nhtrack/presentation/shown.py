@@ -5,9 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from nhtrack.ground import Ground
+from nhtrack.presentation.numbers import quantity, share
 from nhtrack.recording import Recording
+from nhtrack.settling import LATE, SettlingLimits
 
-__all__ = ["CROWD", "Span", "covered", "ground_of"]
+__all__ = ["CROWD", "Span", "covered", "ground_of", "settled_note", "within"]
 
 CROWD = 7  # more followers than this are drawn as a band: single curves could no longer be told apart
 
@@ -28,3 +30,13 @@ def covered(spans: Iterable[Span]) -> list[Span]:
 def ground_of(recording: Recording) -> Ground:
     """Returns what the robots of a recording stood on."""
     return recording.scene.ground if recording.has_scene else Ground()
+
+
+def within(limits: SettlingLimits) -> str:
+    """Returns within which errors a follower has settled: `within 10 mm and 20 mrad`."""
+    return f"within {quantity(limits.position, 'm')} and {quantity(limits.heading, 'rad')}"
+
+
+def settled_note(limits: SettlingLimits) -> str:
+    """Returns what *settled* means, for the note of a table; see `nhtrack.settling`."""
+    return f"settled: {within(limits)} of its place until the end, for {share(LATE)} of the run or longer"

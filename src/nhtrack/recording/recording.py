@@ -9,6 +9,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Mapping
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -18,13 +19,18 @@ from nhtrack.errors import RecordingError
 from nhtrack.files.atomic import atomic_path
 from nhtrack.recording.variables import COMPONENTS, VARIABLES
 from nhtrack.simulation.spec import SceneSpec
+from nhtrack.views import drawn_by
 
 if TYPE_CHECKING:
     import xarray as xr
 
+    from nhtrack.config.scenario import Scenario
+    from nhtrack.recording.scenario import LawText
+
 FORMAT_VERSION = 2  # 2: the scene's physical effects stand by their keys
 
 _LARGE = 10**9  # bytes of a recording that is not saved by way of memory
+
 
 class RobotFigures(NamedTuple):
     """Dimensions and motor limits of robots of one kind.
@@ -40,6 +46,20 @@ class RobotFigures(NamedTuple):
     half_separation: float
     torque_limit: float
     no_load_speed: float
+
+
+class Divergence(NamedTuple):
+    """What ended a run early.
+
+    Attributes:
+        robot: name of the first robot it happened to.
+        time: on the robot's clock [s].
+        reason: what happened, in words.
+    """
+
+    robot: str
+    time: float
+    reason: str
 
 
 class Recording:
@@ -68,6 +88,10 @@ class Recording:
         """Returns a one-line account of the run."""
         last = float(self.time[-1]) if self.time.size else 0.0
         return f"Recording({self.name!r}, {len(self.robots)} robots, {last:.4g} s, backend={self.backend!r})"
+
+    def _repr_html_(self) -> str:
+        """Returns what a notebook shows of the run."""
+        return drawn_by("nhtrack.studies.run.view.recording_html", self)
 
     @property
     def time(self) -> np.ndarray:
@@ -126,10 +150,42 @@ class Recording:
         return str(self.dataset.attrs["outcome"])
 
     @property
-    def scenario(self) -> dict[str, Any]:
-        """The resolved scenario as a tree."""
-        tree = json.loads(self.dataset.attrs["scenario"])
-        return dict(tree)
+    def divergence(self) -> Divergence | None:
+        """What ended the run early, or None."""
+        known = self.dataset.attrs
+        if "diverged_reason" not in known:
+            return None
+        return Divergence(known["diverged_robot"], float(known["diverged_time"]), known["diverged_reason"])
+
+    @cached_property
+    def scenario(self) -> Scenario:
+        """The resolved scenario, for reading: a law that is not the package's own is there as its keys only.
+
+        Raises:
+            RecordingError: it is not one that this version reads, or the recording does not say.
+        """
+        from nhtrack.recording.scenario import read_scenario  # what shows no scenario need not import all laws
+
+        return read_scenario(self._told("scenario"))
+
+    @property
+    def law(self) -> LawText | None:
+        """The law that moved the followers, or None where it is the package's own."""
+        from nhtrack.recording.scenario import LawText
+
+        text = self.dataset.attrs.get("law")
+        return None if text is None else LawText(**json.loads(text))
+
+    @property
+    def seed(self) -> int | None:
+        """Seed of everything random, or None where the recording does not say."""
+        seed = self.dataset.attrs.get("seed")
+        return None if seed is None else int(seed)
+
+    @property
+    def model_hash(self) -> str:
+        """SHA-256 of the compiled model; empty on the ideal integrator."""
+        return str(self.dataset.attrs.get("model_hash", ""))
 
     @property
     def has_scene(self) -> bool:
@@ -143,14 +199,18 @@ class Recording:
         Raises:
             RecordingError: the recording does not say.
         """
-        if not self.has_scene:
-            raise RecordingError("this recording does not say which scene it was made in: it cannot be filmed")
-        return SceneSpec.from_json(self.dataset.attrs["scene"])
+        return SceneSpec.from_json(self._told("scene"))
 
     @property
     def robot(self) -> RobotFigures:
         """What is known of the robots' dimensions and motors; NaN where the recording does not say."""
         return RobotFigures(*(float(self.dataset.attrs.get(name, math.nan)) for name in RobotFigures._fields))
+
+    def _told(self, name: str) -> str:
+        """Returns an attribute that recordings of parts of a run go without."""
+        if name not in self.dataset.attrs:
+            raise RecordingError(f"this recording does not say which {name} it was made in")
+        return str(self.dataset.attrs[name])
 
     @property
     def versions(self) -> dict[str, str]:

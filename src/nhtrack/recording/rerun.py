@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -15,6 +14,7 @@ from nhtrack.experiment.load import load_tree
 from nhtrack.files.atomic import atomic_path
 from nhtrack.laws import laws
 from nhtrack.recording.recording import Recording
+from nhtrack.recording.scenario import LawText
 
 
 def load_recorded(
@@ -32,22 +32,16 @@ def load_recorded(
     Raises:
         ScenarioError: everything wrong with it.
     """
-    tree, law = recording.scenario, recorded_law(recording)
+    tree, law = recording.scenario.model_dump(mode="json"), recording.law
     own = any(text.split("=")[0].strip() in ("law", "law.file") for text in overrides)
-    if law is None or own or _is_there(tree["law"], law["sha256"]):
+    if law is None or own or _is_there(tree["law"], law.sha256):
         return load_tree(tree, source=source, overrides=overrides), ()
     file = _restored(law, source)
     tree["law"] = {**tree["law"], "file": str(file)}
-    asked, name = law["file"], tree["law"]["name"]
-    how = "has changed since this recording" if Path(asked).is_file() else "is gone"
-    note = f"{asked} {how}: law {name!r} is taken from the recording; --set law.file=... takes another"
+    how = "has changed since this recording" if Path(law.file).is_file() else "is gone"
+    name = tree["law"]["name"]
+    note = f"{law.file} {how}: law {name!r} is taken from the recording; --set law.file=... takes another"
     return load_tree(tree, source=source, overrides=overrides), (note,)
-
-
-def recorded_law(recording: Recording) -> dict[str, Any] | None:
-    """Returns what a recording holds of a law that is not the package's own; see `nhtrack.laws.Law.account`."""
-    text = recording.dataset.attrs.get("law")
-    return None if text is None else dict(json.loads(text))
 
 
 def _is_there(section: Mapping[str, Any], sha256: str) -> bool:
@@ -58,17 +52,17 @@ def _is_there(section: Mapping[str, Any], sha256: str) -> bool:
     return file.is_file() and hashlib.sha256(file.read_bytes()).hexdigest() == sha256
 
 
-def _restored(law: Mapping[str, Any], source: str | Path) -> Path:
+def _restored(law: LawText, source: str | Path) -> Path:
     """Returns a file with the text of a law, beside the compiled code."""
     folder = cache_folder()
     if folder is None:
-        said = f"{law['file']} is not what it was, and there is no folder to write its recorded text to; {_SET}"
+        said = f"{law.file} is not what it was, and there is no folder to write its recorded text to; {_SET}"
         raise ScenarioError(source, [Fault(0, 0, "law", said)])
-    path: Path = folder.parent / "recorded-laws" / law["sha256"][:16] / Path(law["file"]).name
-    if not path.is_file() or path.read_bytes() != law["source"].encode():
+    path: Path = folder.parent / "recorded-laws" / law.sha256[:16] / Path(law.file).name
+    if not path.is_file() or path.read_bytes() != law.source.encode():
         path.parent.mkdir(parents=True, exist_ok=True)
         with atomic_path(path) as temporary:
-            temporary.write_bytes(law["source"].encode())
+            temporary.write_bytes(law.source.encode())
     return path
 
 

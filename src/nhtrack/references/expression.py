@@ -17,6 +17,7 @@ from nhtrack.errors import did_you_mean
 from nhtrack.references.contract import ReferenceInputError
 
 LONGEST_EXPRESSION = 1000  # characters; keeps a hostile text from exhausting Python's parser
+DEEPEST_EXPRESSION = 200  # operations within operations; keeps it from exhausting Python's stack
 
 FUNCTIONS: dict[str, Callable[..., Any]] = {
     **{name: getattr(math, name) for name in ("sin", "cos", "tan", "asin", "acos", "atan", "atan2")},
@@ -94,6 +95,8 @@ def _parse(text: str) -> ast.Expression:
     except (SyntaxError, ValueError, MemoryError, RecursionError) as error:
         detail = getattr(error, "msg", None) or "cannot be parsed"
         raise ReferenceInputError(f"{text!r} is not a formula: {detail}") from None
+    if _depth(tree) > DEEPEST_EXPRESSION:
+        raise ReferenceInputError(f"an expression may be nested {DEEPEST_EXPRESSION} deep, this is {_depth(tree)}")
     for node in ast.walk(tree):
         if isinstance(node, ast.BitXor):
             raise ReferenceInputError(f"{text!r}: write powers as a**b, not a^b")
@@ -103,6 +106,14 @@ def _parse(text: str) -> ast.Expression:
     _require_known_names(tree)
     normal: ast.Expression = ast.fix_missing_locations(_Normalise().visit(tree))
     return normal
+
+
+def _depth(tree: ast.AST) -> int:
+    """Returns how many nodes are within each other."""
+    depth, nodes = 0, [tree]
+    while nodes:
+        depth, nodes = depth + 1, [child for node in nodes for child in ast.iter_child_nodes(node)]
+    return depth
 
 
 def _require_known_names(tree: ast.Expression) -> None:

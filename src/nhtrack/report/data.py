@@ -6,14 +6,14 @@ read-outs, for what moves with the slider. *Panels* are curves over time, each w
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
 
-from nhtrack.analysis.events import find_events
 from nhtrack.analysis.metrics import heading_error, position_error, position_gap
 from nhtrack.colours import GRIP, ICE
-from nhtrack.presentation.shown import CROWD, covered, ground_of
+from nhtrack.presentation.shown import CROWD, Span, covered, ground_of
 from nhtrack.recording import Recording
 from nhtrack.report.downsample import even_rows, numbers
 from nhtrack.report.panels import colours_of, make_panels
@@ -26,10 +26,14 @@ POSES = 40_000  # of all robots together: what a browser draws within a second
 
 
 @np.errstate(over="ignore", invalid="ignore")  # a run gone wild has numbers too large to square
-def payload(recording: Recording) -> dict[str, Any]:
+def payload(recording: Recording, wrong: Iterable[Span]) -> dict[str, Any]:
     """Returns what the page's scripts draw, ready for JSON; unknown numbers are None.
 
     Lengths in metres and times in seconds of the robot, angles in radians; panels have units of their own.
+
+    Args:
+        recording: the run.
+        wrong: start and end of everything that went wrong on wheels [s].
     """
     rows, colours = frame_rows(recording), colours_of(recording)
     frames = {"time": numbers(recording.time[rows], DIGITS)} | _poses(recording, rows) | _readouts(recording, rows)
@@ -43,7 +47,7 @@ def payload(recording: Recording) -> dict[str, Any]:
         "frames": frames,
         "floor": _floor(recording),
         "panels": make_panels(recording, DIGITS),
-        "spells": _spells(recording),
+        "spells": [[float(f"{edge:.{DIGITS}g}") for edge in span] for span in covered(wrong)],
     }
 
 
@@ -93,9 +97,3 @@ def _floor(recording: Recording) -> dict[str, Any]:
         for patch in ground.patches
     ]
     return {"patches": patches, "slope": ground.slope, "uphill": ground.uphill} | sizes
-
-
-def _spells(recording: Recording) -> list[list[float]]:
-    """Returns when anything went wrong on wheels, with any robot, as (start, end) [s]."""
-    spans = covered((event.start, event.end) for event in find_events(recording))
-    return [[float(f"{edge:.{DIGITS}g}") for edge in span] for span in spans]

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import base64
-from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from nhtrack.recording import Recording
 
@@ -41,9 +39,9 @@ def read_film(path: Path, recording: Recording) -> Film:
         path: an MP4 file.
         recording: the run it shows, from its first row on.
     """
-    content, wanted = path.read_bytes(), recording.scenario.get("video", {})
-    speed = wanted.get("speed") or _speed(content, recording, wanted)
-    return Film(base64.b64encode(content).decode(), speed, _caption(speed, wanted))
+    content, wanted = path.read_bytes(), recording.scenario.video
+    speed = wanted.speed or _speed(content, recording, wanted.fps)
+    return Film(base64.b64encode(content).decode(), speed, _caption(speed, wanted.camera))
 
 
 def duration_of(content: bytes) -> float | None:
@@ -62,19 +60,19 @@ def duration_of(content: bytes) -> float | None:
     return units / scale if scale and units else None
 
 
-def _speed(content: bytes, recording: Recording, wanted: Mapping[str, Any]) -> float | None:
+def _speed(content: bytes, recording: Recording, fps: int) -> float | None:
     """Returns the speed of a film of the whole run: its first and its last frame show the first and the last row."""
-    film, fps = duration_of(content), wanted.get("fps")
-    between = None if film is None else film - (1 / fps if fps else 0)
+    film = duration_of(content)
+    between = None if film is None else film - 1 / fps
     run = float(recording.time[-1] - recording.time[0])
     return run / between if between and between > 0 and run > 0 else None
 
 
-def _caption(speed: float | None, wanted: Mapping[str, Any]) -> str:
-    camera = _CAMERAS.get(wanted.get("camera", ""), "The run as it was recorded")
+def _caption(speed: float | None, camera: str) -> str:
+    seen = _CAMERAS[camera]
     if speed is None:
-        return f"{camera}."
-    return f"{camera}; {_pace(speed)}. It moves with the time of the plots, and they move with it."
+        return f"{seen}."
+    return f"{seen}; {_pace(speed)}. It moves with the time of the plots, and they move with it."
 
 
 def _pace(speed: float) -> str:

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from typing import Any, TypeAlias
 
 import numpy as np
 
 from nhtrack.analysis.events import AT_LIMIT
-from nhtrack.analysis.metrics import LATE, SETTLED, position_error
 from nhtrack.presentation.numbers import listed, quantity, seconds, share
-from nhtrack.presentation.shown import CROWD
+from nhtrack.presentation.shown import CROWD, Span, within
 from nhtrack.recording import Recording
+from nhtrack.settling import LATE, SettlingLimits
 
 Summary: TypeAlias = Mapping[str, Any]
 
@@ -24,33 +24,25 @@ class About:
     Attributes:
         virtual_root: whether the root is a marker without a body.
         track: distance between the wheels of a robot [m], or None where it is not known.
-        largest: the largest position error of each follower [m].
     """
 
     virtual_root: bool = False
     track: float | None = None
-    largest: Mapping[str, float] = field(default_factory=dict)
 
 
 def about(recording: Recording) -> About:
     """Returns what sentences need beside the summary of a recording."""
     half = recording.robot.half_separation
-    error = position_error(recording)
-    largest = {name: float(np.max(error[:, place])) for place, name in enumerate(recording.robots) if place}
-    return About(
-        has_virtual_root(recording),
-        2 * half if np.isfinite(half) else None,
-        {name: value for name, value in largest.items() if np.isfinite(value)},
-    )
+    return About(has_virtual_root(recording), 2 * half if np.isfinite(half) else None)
 
 
 def has_virtual_root(recording: Recording) -> bool:
     """Returns whether the root of a run is a marker without a body."""
-    return bool(recording.scenario.get("leader", {}).get("virtual", False))
+    return recording.scenario.leader.virtual
 
 
 def verdicts(summary: Summary, run: About | None = None) -> list[str]:
-    """Returns sentences on how the run ended, who converged, the gap to the twin, friction, motors and distances.
+    """Returns sentences on how the run ended, who settled, the gap to the twin, friction, motors and distances.
 
     Args:
         summary: of the run.
@@ -58,8 +50,13 @@ def verdicts(summary: Summary, run: About | None = None) -> list[str]:
     """
     known = run or About()
     parts: list[Callable[[Summary], list[str]]] = [_gap, _friction, _motors, _events]
-    told = _outcome(summary, known) + _convergence(summary, known)
+    told = _outcome(summary, known) + _settling(summary, known)
     return told + [sentence for part in parts for sentence in part(summary)] + _closest(summary, known)
+
+
+def event_spans(summary: Summary) -> list[Span]:
+    """Returns start and end of every event [s]."""
+    return [(event["start"], event["end"]) for event in summary["events"]]
 
 
 def tiles(summary: Summary) -> list[tuple[str, str]]:
@@ -89,29 +86,27 @@ def _outcome(summary: Summary, run: About) -> list[str]:
     return [f"{whole}; then the run {outcome.replace(':', ',', 1)}. What follows is about the time before."]
 
 
-def _convergence(summary: Summary, run: About) -> list[str]:
-    followers = summary["followers"]
+def _settling(summary: Summary, run: About) -> list[str]:
+    followers, near = summary["followers"], within(SettlingLimits(**summary["settling_limits"]))
     if len(followers) > CROWD:
-        return _crowd_convergence(followers, run)
-    return [_follower(name, figures, summary["duration"], run) for name, figures in followers.items()]
+        return _crowd_settling(followers, near, run)
+    last = f"for {share(LATE)} of the run or longer"
+    meaning = f"A follower has settled once it stays {near} of its place until the end, {last}."
+    return [meaning, *(_follower(name, figures, run) for name, figures in followers.items())]
 
 
-def _follower(name: str, figures: Mapping[str, float | None], duration: float, run: About) -> str:
-    distance, heading = figures["late_position_error"], figures["late_heading_error"]
-    late = f"{_distance(distance, run)} and {quantity(heading, 'rad')}"
-    band = _band([run.largest[name]] if name in run.largest else [])
+def _follower(name: str, figures: Mapping[str, float | None], run: About) -> str:
+    late = f"{_distance(figures['late_position_error'], run)} and {quantity(figures['late_heading_error'], 'rad')}"
+    began = f"{quantity(figures['initial_position_error'], 'm')} from its place"
     if figures["settling_time"] is None:
         end = f"{quantity(figures['final_position_error'], 'm')} and {quantity(figures['final_heading_error'], 'rad')}"
         return (
-            f"{name} did not settle within {share(SETTLED)} of its largest error{band}: it began "
-            f"{quantity(figures['initial_position_error'], 'm')} from its place, was off by up to {late} in the last "
-            f"{share(LATE)} of the run, and by {end} at its end."
+            f"{name} began {began} and did not settle: it was off by up to {late} in the last {share(LATE)} of the "
+            f"run, and by {end} at its end."
         )
-    since = f"after {seconds(figures['settling_time'])}" if figures["settling_time"] < duration else "at the very end"
     return (
-        f"{name} began {quantity(figures['initial_position_error'], 'm')} from its place and stayed within "
-        f"{share(SETTLED)} of its largest error{band} {since}; in the last {share(LATE)} of the run it was off by at "
-        f"most {late}."
+        f"{name} began {began} and settled after {seconds(figures['settling_time'])}; in the last {share(LATE)} of the "
+        f"run it was off by at most {late}."
     )
 
 
@@ -123,22 +118,11 @@ def _distance(value: float | None, run: About) -> str:
     return f"{quantity(value, 'm')} ({f'{share(shares)} of' if shares < 1 else f'{shares:.3g} times'} its track width)"
 
 
-def _band(largest: Iterable[float]) -> str:
-    """Returns what settling within a share of the largest error means in metres, in brackets."""
-    limits = sorted({quantity(SETTLED * value, "m"): SETTLED * value for value in largest}.items(), key=lambda x: x[1])
-    if not limits:
-        return ""
-    return f" ({limits[0][0]})" if len(limits) == 1 else f" ({limits[0][0]} to {limits[-1][0]})"
-
-
-def _crowd_convergence(followers: Mapping[str, Mapping[str, float | None]], run: About) -> list[str]:
+def _crowd_settling(followers: Mapping[str, Mapping[str, float | None]], near: str, run: About) -> list[str]:
     times = {name: figures["settling_time"] for name, figures in followers.items()}
     settled = [time for time in times.values() if time is not None]
     astray = [name for name, time in times.items() if time is None]
-    told = [
-        f"{len(settled)} of {len(followers)} followers came to stay within {share(SETTLED)} of their largest error"
-        f"{_band(run.largest.values())}"
-    ]
+    told = [f"{len(settled)} of {len(followers)} followers settled, which is to stay {near} of their places"]
     if settled:
         told[0] += (
             f", the first after {seconds(min(settled))}, half of them after {seconds(float(np.median(settled)))}, the "

@@ -8,10 +8,10 @@ import numpy as np
 
 from nhtrack import assets
 from nhtrack.colours import rgb
+from nhtrack.mjcf import from_path
 from nhtrack.robots.diff_drive import DiffDrive
 from nhtrack.robots.diff_drive.identification import Parts
 from nhtrack.simulation.fleet import ROBOT, Blueprint, Robot, make_blueprint
-from nhtrack.simulation.mjcf import read_mjcf
 from nhtrack.simulation.robot_models import RobotModels
 from nhtrack.simulation.spec import SceneSpec
 
@@ -29,7 +29,7 @@ def compose(spec: SceneSpec, robot: RobotModels, *, share_materials: bool = Fals
         robot: what is known of its robots.
         share_materials: whether robots have one set of materials, with an accent of each colour.
     """
-    arena = read_mjcf(assets.models_directory() / "arena" / "scene.xml")
+    arena = from_path(assets.models_directory() / "arena" / "scene.xml")
     arena.compiler.remove()  # how a robot's file is read is the robot's to say; the arena has no angles
     _set_options(arena, spec)
     for effect in spec.effects:
@@ -46,7 +46,7 @@ def compose(spec: SceneSpec, robot: RobotModels, *, share_materials: bool = Fals
 
 def _add_robot(arena: Any, spec: SceneSpec, robot: RobotModels) -> None:
     """Adds the one robot that stands for all."""
-    element = read_mjcf(robot.file)
+    element = from_path(robot.file)
     element.model = ROBOT
     _set_contacts(element, spec, robot.parts)
     _set_motors(element, robot.drive, robot.parts)

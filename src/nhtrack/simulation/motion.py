@@ -133,3 +133,11 @@ def fill(target: np.ndarray, value: float) -> None:
     """Sets all of a row to a number."""
     for i in range(target.shape[0]):
         target[i] = value
+
+
+@compiled_inside
+def blame(motion: Motion, b: int, code: int, robot: int, detail: int) -> None:
+    """Notes what went wrong in a simulation; see `nhtrack.simulation.faults`."""
+    motion.fault[b, 0] = code
+    motion.fault[b, 1] = robot
+    motion.fault[b, 2] = detail

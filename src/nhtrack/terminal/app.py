@@ -28,6 +28,13 @@ def fail(message: str, code: int = EXIT_ERROR) -> NoReturn:
 class Commands(TyperGroup):
     """The commands, with the package's errors turned into plain lines and an exit code."""
 
+    def make_context(self, *arguments: Any, **more: Any) -> Any:
+        """Reads the command line."""
+        try:
+            return super().make_context(*arguments, **more)
+        except KeyboardInterrupt:
+            fail("interrupted", EXIT_INTERRUPTED)
+
     def invoke(self, ctx: Any) -> Any:
         """Runs the command that was asked for."""
         try:

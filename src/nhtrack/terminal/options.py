@@ -26,14 +26,9 @@ Changes = Annotated[
 
 def load_scenario(source: str, overrides: list[str]) -> Scenario:
     """Returns the scenario of a file, of a bundled name, or the one a recording was made from."""
-    from nhtrack.experiment.load import load
+    from nhtrack.recording.source import load_source
 
-    if not source.endswith(".nc"):
-        return load(source, overrides)
-    from nhtrack.recording import Recording
-    from nhtrack.recording.rerun import load_recorded
-
-    loaded, notes = load_recorded(Recording.load(source), source, overrides)
+    loaded, notes = load_source(source, overrides)
     for note in notes:
         typer.echo(f"note: {note}", err=True)
     return loaded

@@ -1,20 +1,17 @@
-"""What a run shows: bars while it works, a table when it is done."""
+"""What a run shows when it is done: tables and lines."""
 
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager
-from typing import TYPE_CHECKING, TypeAlias
+from collections.abc import Iterable, Mapping
+from typing import TYPE_CHECKING, Literal
 
 if TYPE_CHECKING:
     from rich.console import Console
     from rich.table import Table
 
     from nhtrack.config.law_sections import LawSection
-
-# Called with the work done and the whole of it.
-Report: TypeAlias = Callable[[int, int], None]
+    from nhtrack.presentation.result_table import Look, ResultTable
 
 
 def screen() -> Console:
@@ -31,42 +28,41 @@ def escape(text: str) -> str:
     return escaped(text)
 
 
-@contextmanager
-def progress_bars() -> Iterator[Callable[[str], Report]]:
-    """Shows bars on stderr while work goes on; yields what opens a bar by its name."""
-    from rich.console import Console
-    from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
-
-    columns = TextColumn("{task.description:12}"), BarColumn(), TaskProgressColumn(), TimeRemainingColumn()
-    console = Console(stderr=True)
-    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bars:
-
-        def stage(name: str) -> Report:
-            task = bars.add_task(name, total=None)
-
-            def report(done: int, total: int) -> None:
-                bars.update(task, completed=done, total=total)
-
-            return report
-
-        yield stage
-
-
 def print_how_laws_run(laws: Iterable[LawSection]) -> None:
     """Says on stderr which laws cannot be compiled, and why: what is about to be done takes long."""
-    for law in laws:
-        reason = law.kind.entry.interpreted
-        if reason is not None:
-            from nhtrack.laws.address import runs_as_python
+    from nhtrack.laws.address import entry_of, runs_as_python
 
+    for law in laws:
+        reason = entry_of(law.kind).interpreted
+        if reason is not None:
             sys.stderr.write(f"warning: law {law.name!r} {runs_as_python(reason)}\n")
 
 
-def make_table(title: str) -> Table:
-    """Returns an empty table in the manner of all results."""
+def rich_table(table: ResultTable) -> Table:
+    """Returns a table of results in the manner of terminals."""
     from rich.table import Table
 
-    return Table(title=title, title_justify="left", title_style="bold", box=None, padding=(0, 1))
+    shown = Table(title=table.title, title_justify="left", title_style="bold", box=None, padding=(0, 1))
+    for heading in table.headings:
+        justify: Literal["left", "right"] = "left" if heading in table.words else "right"
+        shown.add_column(heading, justify=justify, no_wrap=heading in table.whole)
+    for row in table.rows:
+        if row.begins:
+            shown.add_section()
+        cells = (escape(cell) for cell in row.cells)
+        marked = [f"[bold]{cell}[/]" if place in row.best else cell for place, cell in enumerate(cells)]
+        shown.add_row(*marked, style=_STYLES[row.look])
+    if table.notes:
+        shown.caption, shown.caption_justify = escape("\n".join(table.notes)), "left"
+    return shown
+
+
+_STYLES: Mapping[Look, str | None] = {"": None, "fault": "bold red", "caution": "yellow", "faint": "dim"}
+
+
+def print_line(console: Console, line: str) -> None:
+    """Prints a line that stays one, however narrow the screen."""
+    console.print(line, highlight=False, soft_wrap=True)
 
 
 def show_metres(value: float | None) -> str:

@@ -1,5 +1,6 @@
 """Contracts that authors of plug-ins inherit in their tests."""
 
 from nhtrack.testing.law import LawContract
+from nhtrack.testing.simulation import SimulationContract
 
-__all__ = ["LawContract"]
+__all__ = ["LawContract", "SimulationContract"]

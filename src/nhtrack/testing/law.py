@@ -20,7 +20,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from nhtrack.laws.address import call_law
+from nhtrack.laws.address import call_law, entry_of
 from nhtrack.laws.contract import Follower, Leader, Limits, dimension
 from nhtrack.laws.evaluate import commands, first_memories
 from nhtrack.laws.law import Law
@@ -72,7 +72,7 @@ class LawContract:
         """Machine code and Python command the same, and remember the same."""
         if not self.compiles:
             return
-        reason = self.law.kind.entry.interpreted
+        reason = entry_of(self.law.kind).interpreted
         if reason is not None:
             raise AssertionError(f"law {self.law.kind.name!r} cannot be compiled: {reason}")
         for walk in (hard_walk(), plain_walk()):

@@ -12,9 +12,9 @@ from nhtrack.simulation.scene import Scene
 __all__ = ["Bodies", "fading", "robot_scale", "utilisation_colour", "wheel_angles"]
 
 _COINCIDENT, _CLEAR = 0.015, 0.06  # [m] nearer than the first robots are one to the eye, beyond the second apart
-_GHOST = 0.38  # opacity of an ideal twin
+GHOST = 0.38  # opacity of an ideal twin
 _NH_MINI = 0.06  # [m] from the axle midpoint to the side of nh_mini, for which lengths of this package are meant
-_HIDDEN = 5  # a group that MuJoCo does not draw
+HIDDEN = 5  # a group that MuJoCo does not draw
 _DEFAULT = np.array([0.5, 0.5, 0.5, 1.0], np.float32)  # a geom of this colour has its material's
 
 
@@ -31,7 +31,7 @@ class Bodies:
         if scene.marker is not None:  # solid, as all that lies on the floor: see `floor`
             own = model.geom_bodyid == model.body(scene.spec.robots[0]).id
             model.geom_rgba[own, 3] = 1.0
-        owner = _owners(scene)
+        owner = owners(scene)
         self._geoms = np.flatnonzero(owner >= 0)
         self._owner = owner[self._geoms]
         looks = _looks(model)
@@ -63,13 +63,13 @@ class Bodies:
         """
         apart = np.linalg.norm(twins - positions, axis=-1) / self._scale
         shares = np.nan_to_num(np.clip((apart - _COINCIDENT) / (_CLEAR - _COINCIDENT), 0.0, 1.0))
-        self._draw(_GHOST * shares)
+        self._draw(GHOST * shares)
         return bool(shares.any())
 
     def leave_out(self, size: float) -> None:
         """Draws no parts that are smaller than a size [m]."""
         small = 2 * self._model.geom_rbound[self._geoms] < size
-        self._model.geom_group[self._geoms[small]] = _HIDDEN
+        self._model.geom_group[self._geoms[small]] = HIDDEN
 
     def _draw(self, opacities: np.ndarray) -> None:
         """Draws robots as they look, of some opacity (p,).
@@ -122,7 +122,7 @@ def robot_scale(scene: Scene) -> float:
     model, data = scene.model, mujoco.MjData(scene.model)
     mujoco.mj_kinematics(model, data)
     name = scene.spec.bodies[0]
-    all_own = np.flatnonzero(_owners(scene) == 0)
+    all_own = np.flatnonzero(owners(scene) == 0)
     solid = all_own[model.geom_group[all_own] == 3]
     own = solid if solid.size else all_own
     half = np.abs(data.geom_xpos[own, :2] - data.body(f"{name}/").xpos[:2]) + model.geom_aabb[own, 3:5]
@@ -138,7 +138,7 @@ def wheel_angles(pose: np.ndarray, wheel_radius: float, half_separation: float) 
     return np.asarray(np.cumsum(np.stack([ahead - turn, ahead + turn], axis=-1), axis=0) / wheel_radius)
 
 
-def _owners(scene: Scene) -> np.ndarray:
+def owners(scene: Scene) -> np.ndarray:
     """Returns whose each geom is, as the robot's place among those with a body, or -1; shape (ngeom,)."""
     model = scene.model
     place = np.full(model.nbody, -1)

@@ -26,10 +26,10 @@ _STACK = 0.0002  # between robots, so that what lies on each other does not flic
 _LAYERS = 6  # of trails: more would float above the floor
 _WIDTH = 2.5  # of lines [pixels at 480 lines]
 _DISC, _FAR_DISC = 0.085, 0.016  # [m] radius of the root's disc; of all discs, per metre from the camera
-_HULL = 0.06  # [m] radius of a robot's own disc
+HULL = 0.06  # [m] radius of a robot's own disc
 _CHEVRON = np.array([[1.05, 0.6], [1.7, 0.0], [1.05, -0.6]])  # ahead of a disc of unit radius, nose along +x
-_SLOT = np.array([[-1.0, -1.0], [-1.0, 1.0], [0.7, 1.0], [1.5, 0.0], [0.7, -1.0], [-1.0, -1.0]])  # nose along +x
-_SLOT_SIZE = 0.075  # [m] half its width
+SLOT = np.array([[-1.0, -1.0], [-1.0, 1.0], [0.7, 1.0], [1.5, 0.0], [0.7, -1.0], [-1.0, -1.0]])  # nose along +x
+SLOT_SIZE = 0.075  # [m] half its width
 _RING_SIZE = 1.28  # radius of an ideal twin's ring over that of its robot's disc
 # Lines catch all light at once, that of a light with shadows too: this gives them their colour back, without and with.
 _LINE_SHADES = (1.0, 0.5)
@@ -37,7 +37,7 @@ _LINE_SHADES = (1.0, 0.5)
 # over ghosts and robots that fade, whatever their height.
 _PAVED = np.array([0.68, 0.70, 0.73])
 _FADE, _FAINTEST = LONGEST / 5, 0.4  # [s of film] in which trails fade, and the share of colour that stays
-_RUBBER = np.array([0.10, 0.10, 0.11, 1.0], np.float32)
+RUBBER = np.array([0.10, 0.10, 0.11, 1.0], np.float32)
 _WHITE = np.ones(3)
 
 
@@ -57,7 +57,7 @@ class Floor:
         self._width = _WIDTH * lines / 480
         self._shade = np.array([*3 * [_LINE_SHADES[shadows]], 1.0], np.float32)
         count = len(scene.spec.robots)
-        self._largest = _places(timeline.pose[..., :2]) if count > FLEET else np.inf
+        self._largest = disc_radius(timeline.pose[..., :2]) if count > FLEET else np.inf
         self._colours = np.array([rgb(scene.spec.colour(place)) for place in range(count)])
 
     @property
@@ -77,7 +77,7 @@ class Floor:
     def _add_skids(self, frame: int) -> None:
         now = self._timeline.time[frame]
         for skid in itertools.takewhile(lambda skid: skid.time <= now, self._timeline.skids):
-            self._add_line(self._at_height(skid.points, _SKID), _RUBBER, 1.7 * self._width)
+            self._add_line(self._at_height(skid.points, _SKID), RUBBER, 1.7 * self._width)
 
     def _add_trails(self, frame: int) -> None:
         """Adds where each robot has been, followers above their leader; what is older is fainter."""
@@ -95,7 +95,7 @@ class Floor:
         if self._timeline.slot is None:
             return
         for place in map(int, np.flatnonzero(np.isfinite(self._timeline.slot[frame, :, 0]))):
-            corners = se2.act(self._timeline.slot[frame, place][None], self._scale * _SLOT_SIZE * _SLOT)
+            corners = se2.act(self._timeline.slot[frame, place][None], self._scale * SLOT_SIZE * SLOT)
             self._add_line(self._at_height(np.asarray(corners), _LINE), self._pale(place, 1.0), 0.8 * self._width)
 
     def _add_pointers(self, frame: int, far: float) -> None:
@@ -109,7 +109,7 @@ class Floor:
         share = float(np.clip((far / scale - 0.022) / 0.02, 0.0, 1.0))
         shares = share * fading(poses[:, :2] / scale)
         shares[0] = 1.0 if self._scene.marker is not None else shares[0]  # a marker's heading is its chevron's
-        size = max(scale * _HULL, far)
+        size = max(scale * HULL, far)
         self._add_rings(frame, _RING_SIZE * size)
         self._add_disc(poses[0], max(scale * _DISC, 1.15 * far), _ROOT_DISC, self._pale(0, 0.6))
         for place in map(int, np.flatnonzero(shares)):
@@ -156,7 +156,7 @@ class Floor:
         return self._visual.geoms[self._visual.ngeom - 1]
 
 
-def _places(positions: np.ndarray) -> float:
+def disc_radius(positions: np.ndarray) -> float:
     """Returns the radius of discs around robots (f, n, 2) that leaves half of them apart from all others [m]."""
     some = positions[:: max(1, len(positions) // 10)]
     return float(np.median([cKDTree(each).query(each, k=2)[0][:, 1] for each in some])) / 2

@@ -24,7 +24,7 @@ def draw_legend(timeline: Timeline, unit: float) -> Image.Image | None:
         timeline: the film.
         unit: pixels per pixel of a picture of 480 lines.
     """
-    signs = _signs(timeline)
+    signs = signs_of(timeline)
     if not signs:
         return None
     letters, pad, height = font(11 * unit), 6 * unit, 20 * unit
@@ -39,7 +39,7 @@ def draw_legend(timeline: Timeline, unit: float) -> Image.Image | None:
     return panel
 
 
-def _signs(timeline: Timeline) -> list[_Sign]:
+def signs_of(timeline: Timeline) -> list[_Sign]:
     """Returns how each sign of a film is drawn, its width [pixels at 480 lines], and what it means."""
     signs: list[_Sign] = []
     if timeline.twin is not None:

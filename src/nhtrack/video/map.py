@@ -26,6 +26,10 @@ class Map:
         width: of the map [pixels].
         tallest: height that it may have [pixels].
         unit: pixels per pixel of a picture of 480 lines.
+
+    Attributes:
+        scale: [pixels/m].
+        middle: of what it shows [m], shape (2,).
     """
 
     def __init__(
@@ -36,13 +40,13 @@ class Map:
         room = np.maximum(high - low, 0.2)
         margin = min(12 * unit, width / 4, tallest / 4)
         foot = min(8 * unit, tallest / 4)  # where the scale bar stands
-        self._scale = min((width - 2 * margin) / room[0], (tallest - 2 * margin - foot) / room[1])  # [pixels/m]
+        self.scale = min((width - 2 * margin) / room[0], (tallest - 2 * margin - foot) / room[1])  # [pixels/m]
         self._size = (
-            max(round(room[0] * self._scale + 2 * margin), width // 2),
-            round(room[1] * self._scale + 2 * margin + foot),
+            max(round(room[0] * self.scale + 2 * margin), width // 2),
+            round(room[1] * self.scale + 2 * margin + foot),
         )
         self._centre = np.array([self._size[0], self._size[1] - foot]) / 2
-        self._middle = (low + high) / 2
+        self.middle = (low + high) / 2
         self._unit, self._crowd = unit, positions.shape[1] > 8
         self._trails, self._time, self._colour = timeline.trails, timeline.time, colour
         self._faint = self._sheet()
@@ -60,7 +64,7 @@ class Map:
             so_far = int(np.searchsorted(self._trails[place].time, self._time[frame], side="right"))
             way = np.vstack([self._trails[place].points[:so_far], pose[place, :2]])
             self._line(draw, way, self._colour(place), 0.8 if self._crowd and place else 1.6)
-        length = (7 if self._crowd else 11) * self._unit / self._scale
+        length = (7 if self._crowd else 11) * self._unit / self.scale
         for place in sorted(order):  # followers upon the root, smaller
             size = length * (1.25 if place == 0 else 0.9)
             corners = self._pixels(se2.act(pose[place][None, :], size * _DART))
@@ -69,7 +73,7 @@ class Map:
 
     def _draw_scale(self, draw: ImageDraw.ImageDraw) -> None:
         """Draws a bar of a round length at the lower left."""
-        pixels_per_metre, unit = self._scale * _FINE, self._unit * _FINE
+        pixels_per_metre, unit = self.scale * _FINE, self._unit * _FINE
         metres = round_length(0.3 * self._size[0] * _FINE / pixels_per_metre)
         left, level = 6 * unit, self._size[1] * _FINE - 5 * unit
         right = left + metres * pixels_per_metre
@@ -86,7 +90,7 @@ class Map:
         return sheet
 
     def _pixels(self, points: np.ndarray) -> list[tuple[float, float]]:
-        centred = (points - self._middle) * self._scale * _FINE
+        centred = (points - self.middle) * self.scale * _FINE
         return [(float(x), float(y)) for x, y in centred * [1, -1] + self._centre * _FINE]
 
     def _line(self, draw: ImageDraw.ImageDraw, points: np.ndarray, colour: str, width: float) -> None:

@@ -63,9 +63,9 @@ class Overlay:
 
     def _write_panel(self, image: Image.Image, frame: int) -> None:
         lines: list[_Line] = [(self._recording.name, self._title, INK)]
-        lines.append((self._clock(frame), self._text, INK))
-        lines += [(text, self._small, colour) for text, colour in self._errors(frame)]
-        lines += [(text, self._small, GREY) for text in self._gap(frame)]
+        lines.append((self.clock_text(frame), self._text, INK))
+        lines += [(text, self._small, colour) for text, colour in self.error_lines(frame)]
+        lines += [(text, self._small, GREY) for text in self.gap_lines(frame)]
         if self._ended and frame == len(self._timeline) - 1:
             lines.append((self._ended, self._text, INK))
         after = self._paste(image, lines[:_LINES], self._pad)
@@ -84,12 +84,13 @@ class Overlay:
         image.paste(panel, (left, self._pad), panel)
         return left + panel.width
 
-    def _clock(self, frame: int) -> str:
+    def clock_text(self, frame: int) -> str:
+        """Returns the robots' time in a frame, and the film's pace where it is not life's."""
         speed = self._timeline.speed
         pace = "" if speed == 1.0 else f"    {speed:.3g}x"
         return f"t = {self._timeline.time[frame]:5.1f} s{pace}"
 
-    def _gap(self, frame: int) -> list[str]:
+    def gap_lines(self, frame: int) -> list[str]:
         """Returns a line of text: how far robots and ideal twins are apart, at most; none where that is unknown."""
         if self._timeline.twin is None:
             return []
@@ -98,7 +99,7 @@ class Overlay:
         known = apart[np.isfinite(apart)]
         return [f"from ideal  {length(float(known.max()))}"] if known.size else []
 
-    def _errors(self, frame: int) -> list[tuple[str, _Colour]]:
+    def error_lines(self, frame: int) -> list[tuple[str, _Colour]]:
         """Returns lines of text and their colours: position errors of followers, of groups, or the spread of many."""
         distance = self._timeline.distance[frame, 1:]
         if self._groups:

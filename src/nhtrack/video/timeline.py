@@ -16,7 +16,7 @@ __all__ = ["LONGEST", "Skid", "Timeline", "Trail", "frame_times", "make_timeline
 
 LONGEST = 25.0  # [s] of film, unless a speed is asked for
 _VERTICES = 800  # of all trails together, unless told otherwise: each costs some 10 microseconds a frame
-_SKIDS = 300  # of all skid marks together
+MOST_SKIDS = 300  # of all skid marks together
 _OWN_PLACE = 1e-3  # [m] a place nearer than this to the robot that is followed is that robot's own
 _STILL, _TURN_WEIGHT = 1e-6, 0.3  # [m] shorter steps have no direction; [m/rad] of path that a turn is worth
 _SPEEDS = np.array([1, 2, 3, 4, 5, 6, 8, 10, 12, 15, 20, 25, 30, 40, 50, 60, 80, 100])
@@ -156,7 +156,7 @@ def _skids(recording: Recording) -> tuple[Skid, ...]:
     across = np.array([[0.0, b], [0.0, -b]])
     wheels = np.asarray(se2.act(pose[:, :, None], np.broadcast_to(across, (*pose.shape[:2], 2, 2))))
     sliding = slip_speed(recording) > 0
-    stride = max(1, int(np.ceil(sliding.sum() / _SKIDS)))
+    stride = max(1, int(np.ceil(sliding.sum() / MOST_SKIDS)))
     skids = []
     for robot, wheel in zip(*np.nonzero(sliding.any(axis=0)), strict=True):
         for first, last in zip(*spells(sliding[:, robot, wheel]), strict=True):
@@ -165,7 +165,7 @@ def _skids(recording: Recording) -> tuple[Skid, ...]:
             track = wheels[rows, robot, wheel]
             skids += [Skid(float(recording.time[row]), track[k : k + 2]) for k, row in enumerate(rows[1:])]
     skids.sort(key=lambda skid: skid.time)
-    return tuple(skids[:: max(1, -(-len(skids) // _SKIDS))])  # wheels that chatter leave spells of a single row
+    return tuple(skids[:: max(1, -(-len(skids) // MOST_SKIDS))])  # wheels that chatter leave spells of a single row
 
 
 def make_trails(time: np.ndarray, pose: np.ndarray, vertices: int) -> tuple[Trail, ...]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -36,7 +36,8 @@ def together(runs: Mapping[str, Recording], room: Room) -> Recording:
     }
     names = {label: [f"{name}-{label}" for name in root.followers] for label in runs}
     spec = _scene(root, names)
-    attributes = {name: root.dataset.attrs[name] for name in ("backend", "length_scale", "time_scale", "scenario")}
+    attributes: dict[str, Any] = {name: getattr(root, name) for name in ("backend", "length_scale", "time_scale")}
+    attributes["scenario"] = root.scenario.model_dump(mode="json")
     attributes |= {"name": f"{root.name}: {len(runs)} laws", "outcome": "completed", "versions": root.versions}
     attributes |= {"scene": spec.to_json(), "groups": names, "parents": _parents(root, runs)}
     return make_recording(root.time, spec.robots, variables, attributes, _qpos(runs, root, rows))

@@ -1,12 +1,12 @@
-"""Writes the MJCF of a whole scene by dm_control, contact sensors included: what moves, not what it looks like."""
+"""Writes the MJCF of a whole scene, contact sensors included: what moves, not what it looks like."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
 from nhtrack import assets
+from nhtrack.mjcf import from_path
 from nhtrack.robots.diff_drive.identification import Parts
-from nhtrack.simulation.mjcf import read_mjcf
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -21,12 +21,12 @@ _DENSE_ROBOTS = 4
 
 
 def compose(spec: SceneSpec, robot_file: Path, drive: DiffDrive, parts: Parts) -> Any:
-    """Returns the dm_control element of a scene."""
-    arena = read_mjcf(assets.models_directory() / "arena" / "scene.xml")
+    """Returns the MJCF element of a scene."""
+    arena = from_path(assets.models_directory() / "arena" / "scene.xml")
     arena.compiler.remove()  # how a robot's file is read is the robot's to say; the arena has no angles
     _set_options(arena, spec)
     for name in spec.bodies:
-        robot = read_mjcf(robot_file)
+        robot = from_path(robot_file)
         robot.model = name
         _set_contacts(robot, spec, parts)
         _set_motors(robot, drive, parts)

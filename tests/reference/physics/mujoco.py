@@ -50,7 +50,7 @@ class MujocoSimulation:
         self._warnings, self._sensors = self._engine.warning, self._engine.bind("sensordata")
         self._surface = self._engine.expand("geom_surfacevel") if scene.spec.rate_correction else None
         self._row = FrictionRow.of(scene.model, int(scene.addresses.tyres[0, 0]))
-        self._friction = None if self.ground.is_uniform else self._engine.expand("geom_friction")
+        self._friction = self._engine.expand("geom_friction") if self.ground.patches else None
         self._known_ground = self.ground if scene.spec.compensation == "actual" else Ground()
         motor = self.drive.motor
         self._lag = self._h * motor.stall_torque / (self.drive.wheel_inertia * motor.no_load_speed)

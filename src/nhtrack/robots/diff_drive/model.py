@@ -17,7 +17,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from nhtrack import se2
 from nhtrack.arrays import Array, namespace
 from nhtrack.ground import LEVEL, Gravity
 from nhtrack.robots.motor import Motor
@@ -86,12 +85,6 @@ class DiffDrive:
     def mass_matrix(self) -> np.ndarray:
         """S^T M S = [[m_eff, -m c_y], [-m c_y, J_eff]], the inertia in (v, omega)."""
         return np.array([[self.m_eff, -self.first_moment[1]], [-self.first_moment[1], self.J_eff]])
-
-    @property
-    def planar_inertia(self) -> np.ndarray:
-        """I of the module's equation, without the wheels' spin, shape (3, 3)."""
-        m_x, m_y = self.first_moment
-        return np.array([[self.mass, 0.0, -m_y], [0.0, self.mass, m_x], [-m_y, m_x, self.axle_inertia]])
 
     def wheel_places(self, g: Array) -> Array:
         """Returns where the wheels (left, right) of robots at poses g, shape (..., 3), touch the floor, (..., 2, 2)."""
@@ -277,14 +270,3 @@ def utilisation(demand: Array, limit: Array) -> Array:
     positive = limit > 0
     ratio = demand / xp.where(positive, limit, xp.ones_like(limit))
     return xp.where(positive, ratio, xp.where(demand > 0, xp.full_like(demand, float("inf")), xp.zeros_like(demand)))
-
-
-def euler_poincare_wrench(inertia: Array, xi: Array, u: Array) -> Array:
-    """Returns F = I u - ad_xi^T I xi, shape (..., 3): the compensation that makes any planar body an integrator.
-
-    Args:
-        inertia: planar inertia I in the order (v_x, v_y, omega), shape (3, 3).
-        xi: body twists, shape (..., 3).
-        u: body accelerations (u_x, u_y, u_theta), shape (..., 3).
-    """
-    return u @ inertia.T - se2.ad_transpose(xi, xi @ inertia.T)

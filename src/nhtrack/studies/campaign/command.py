@@ -3,18 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated
 
 import typer
 
 from nhtrack.terminal.app import EXIT_INTERRUPTED, app, fail
 from nhtrack.terminal.options import Changes, Pdf
-from nhtrack.terminal.screen import make_table, print_how_laws_run, progress_bars, screen, show_quantity, show_share
-
-if TYPE_CHECKING:
-    from rich.console import Console
-
-    from nhtrack.studies.campaign.run import Results
+from nhtrack.terminal.screen import print_how_laws_run, screen
 
 
 @app.command()
@@ -35,53 +30,25 @@ def campaign(
 ) -> None:
     """Try laws against references from many random starts; stopped, the same command goes on."""
     from nhtrack.experiment.load import load_campaign
-    from nhtrack.studies.campaign.run import run_campaign, write_report
+    from nhtrack.studies.campaign.run import campaign as study
+    from nhtrack.studies.campaign.screen import print_results
 
     loaded = load_campaign(file, list(changes or []))
     print_how_laws_run(loaded.laws.values())
     folder = out or Path("runs") / f"campaign-{loaded.name}"
     try:
-        with progress_bars() as stage:
-            results = run_campaign(loaded, folder, stage, processes, tuned_by)
+        results = study(
+            loaded,
+            out=folder,
+            tuned_by=tuned_by,
+            processes=processes,
+            figures=not no_figures,
+            pdf=pdf,
+            report=not no_report,
+            progress=True,
+        )
     except KeyboardInterrupt:
         fail(f"interrupted; the same command goes on with what is in {folder}", EXIT_INTERRUPTED)
-    _print(results, screen())
-    written = list(results.files)
-    if not no_figures:
-        from nhtrack.studies.campaign.plots import save_campaign_figures
-
-        written += save_campaign_figures(results.runs, results.cells, folder / "figures", pdf=pdf)
-    if not no_report:
-        written.append(write_report(results, folder))
-    for path in written:
+    print_results(results, screen())
+    for path in results.files:
         typer.echo(f"wrote {path}")
-
-
-def _print(results: Results, console: Console) -> None:
-    """Prints a table for each law, and the command that repeats its worst run."""
-    for label in results.campaign.laws:
-        table = make_table(f"{label}: {results.campaign.starts.count} starts against each reference")
-        for heading in ("reference", "converged", "late", "heading", "settled", "at last", "friction", "switches"):
-            table.add_column(heading, justify="left" if heading == "reference" else "right")
-        rows: list[dict[str, Any]] = results.cells[results.cells["law"] == label].to_dict("records")
-        for row in rows:
-            table.add_row(*_row(row), style=None if row["share"] == 1 else "yellow")
-        console.print(table)
-    console.print("The worst run of each law again:", highlight=False)
-    for path in results.worst.values():
-        console.print(f"  nhtrack run {path}", highlight=False, soft_wrap=True, markup=False)
-
-
-def _row(row: dict[str, Any]) -> tuple[str, ...]:
-    """Returns the cells of a row; of errors, the last time of arrival, utilisation and switches the largest."""
-    known = {name: None if value != value else value for name, value in row.items()}  # NaN is not equal to itself
-    return (
-        row["family"],
-        f"{row['converged']}",
-        show_quantity(known["late_position_max"], ""),
-        show_quantity(known["late_heading_max"], ""),
-        show_quantity(known["settling_median"], ""),
-        show_quantity(known["settling_max"], ""),
-        show_share(row["utilisation_max"]),
-        f"{row['switches_max']:g}",
-    )

@@ -2,20 +2,23 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from nhtrack.arrays import Array
 from nhtrack.config.campaign import Campaign
 from nhtrack.experiment.build import Experiment
-from nhtrack.experiment.run_statistics import ArrivalCriteria, RunStatistics
+from nhtrack.experiment.run_statistics import RunStatistics
+from nhtrack.settling import settling_limits
 
 
 def statistics_of(campaign: Campaign, experiment: Experiment) -> RunStatistics:
     """Returns a recorder that takes the figures of some runs of a campaign."""
     arrival, periods = campaign.arrival, len(experiment.inputs)
-    late = periods * (1 - arrival.last / campaign.duration) - 1e-6
-    criteria = ArrivalCriteria(float(experiment.similarity.length), arrival.position, arrival.heading, late)
-    return RunStatistics(criteria, experiment.law.kind.modes)
+    late = math.ceil(periods * (1 - arrival.last / campaign.duration) - 1e-6)
+    limits = settling_limits(experiment.similarity.length, arrival.position, arrival.heading)
+    return RunStatistics(limits, late, experiment.law.kind.modes)
 
 
 def figures_of(
@@ -29,16 +32,15 @@ def figures_of(
         experiment: what was run.
         lost: which runs were.
     """
-    held, arrival, periods = statistics.figures, campaign.arrival, len(experiment.inputs)
-    near = (held.position <= arrival.position) & (held.heading <= arrival.heading)
-    never = lost | (held.settled > periods)
+    held, periods = statistics.figures, len(experiment.inputs)
+    settled = (held.settled <= statistics.late) & ~lost
     effort = experiment.similarity.inputs_to_scenario(np.sqrt(held.effort / periods))
     return {
-        "converged": near & ~lost,
+        "converged": settled,
         "lost": lost,
-        "late_position": np.where(lost, np.nan, held.position),
+        "late_position": np.where(lost, np.nan, held.position / experiment.similarity.length),
         "late_heading": np.where(lost, np.nan, held.heading),
-        "settling_time": np.where(never, np.nan, held.settled * (campaign.duration / periods)),
+        "settling_time": np.where(settled, held.settled * (campaign.duration / periods), np.nan),
         "peak_utilisation": held.utilisation,
         "saturated": held.saturated / periods,
         "effort_x": effort[:, 0],

@@ -12,9 +12,11 @@ import numpy as np
 
 from nhtrack.colours import robot_colour
 from nhtrack.presentation.numbers import grouped, listed, share
+from nhtrack.presentation.shown import within
 from nhtrack.report.downsample import even_rows, numbers
 from nhtrack.report.page import Page, write_page
 from nhtrack.report.scenario_listing import meanings, yaml_text
+from nhtrack.settling import SettlingLimits
 from nhtrack.studies.campaign.plots.shares import percent
 
 if TYPE_CHECKING:
@@ -123,9 +125,7 @@ def _curves(part: pd.DataFrame | None) -> list[dict[str, Any]] | None:
     """Returns the distributions of a law against a reference: what share of its starts has at most a value."""
     if part is None:
         return None
-    settled = part["settling_time"].where(part["converged"])  # others may be near at the very end by chance
-    return [distribution(values, figure.logarithmic) for figure, values in zip(
-        DISTRIBUTIONS, (settled, *(part[figure.column] for figure in DISTRIBUTIONS[1:])), strict=True)]  # fmt: skip
+    return [distribution(part[figure.column], figure.logarithmic) for figure in DISTRIBUTIONS]
 
 
 def distribution(values: pd.Series, logarithmic: bool) -> dict[str, Any]:
@@ -173,11 +173,12 @@ def verdicts(runs: pd.DataFrame, cells: pd.DataFrame, tree: Mapping[str, Any]) -
 def _whole(runs: pd.DataFrame, cells: pd.DataFrame, tree: Mapping[str, Any]) -> str:
     laws, families = cells["law"].nunique(), cells["family"].nunique()
     arrival = tree["arrival"]
+    near = within(SettlingLimits(arrival["position"], arrival["heading"]))
     where = "on wheels in MuJoCo" if tree["backend"] == "mujoco" else "on the ideal integrator"
     return (
         f"{_count(laws, 'law')} against {_count(families, 'reference')}, {grouped(len(runs))} runs {where}. A run "
-        f"arrives if its follower stays within {arrival['position']:g} m and {arrival['heading']:g} rad of its place "
-        f"over the last {arrival['last']:g} s of {tree['duration']:g} s."
+        f"arrives if its follower settles: it stays {near} of its place until the end, at least over the last "
+        f"{arrival['last']:g} s of {tree['duration']:g} s."
     )
 
 

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import replace
 from itertools import product
 from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
@@ -13,23 +13,28 @@ import numpy as np
 import pandas as pd
 
 from nhtrack.config.campaign import Campaign
-from nhtrack.config.documentation import json_schema
+from nhtrack.config.changes import overrides_of
 from nhtrack.config.edit import scenario_text
 from nhtrack.config.similarity_section import SimilaritySection
 from nhtrack.errors import NhtrackError
 from nhtrack.execution import Processes
 from nhtrack.experiment.build import Experiment
 from nhtrack.experiment.compile import compile_once
+from nhtrack.experiment.load import load_campaign
 from nhtrack.experiment.loop import Progress
+from nhtrack.files.atomic import atomic_path
+from nhtrack.files.folder import is_used, save_json
 from nhtrack.simulation.ideal import IdealSimulation
 from nhtrack.simulation.mujoco import MujocoSimulation
 from nhtrack.simulation.scene import stepped_scene
 from nhtrack.studies.campaign.cell import Cell
 from nhtrack.studies.campaign.outcomes import figures_of, statistics_of
+from nhtrack.studies.campaign.result import CampaignResults, write_campaign_report
 from nhtrack.studies.campaign.tables import cells_of, rows_of, save_cells, save_runs, worst_first
 from nhtrack.studies.feasibility.run import fitting_time
-from nhtrack.studies.run.run import save_json, versions
-from nhtrack.studies.tune.run import tune
+from nhtrack.studies.run.run import versions
+from nhtrack.studies.tune.run import find_gains
+from nhtrack.terminal.progress import Observer, Stage, shown_progress
 
 PART = {"ideal": 1000, "mujoco": 250}  # starts in a part: few enough for the caches, and to lose little when stopped
 
@@ -53,32 +58,59 @@ class Part(NamedTuple):
     path: Path
 
 
-@dataclass(frozen=True)
-class Results:
-    """What a campaign left behind.
+def campaign(
+    source: str | Path | Campaign,
+    *,
+    out: str | Path | None = None,
+    set: Mapping[str, Any] | Iterable[str] = (),
+    tuned_by: str | Path | None = None,
+    processes: int | None = None,
+    figures: bool = False,
+    pdf: bool = False,
+    report: bool = False,
+    progress: bool | Observer | None = None,
+) -> CampaignResults:
+    """Returns what came of laws against references from many random starts; stopped, the same call goes on.
 
-    Attributes:
-        campaign: with its time scale as a number.
-        runs: a row for every run, see `nhtrack.studies.campaign.tables.COLUMNS`.
-        cells: a row for every law and family.
-        worst: the scenario file of the worst run of each law, by label.
-        files: the tables written.
+    Args:
+        source: a bundled name (`campaign/small`), a campaign file, or a loaded campaign.
+        out: results folder; by default `runs/campaign-<name>`.
+        set: changes of its keys, `{"starts.count": 100}` or `["starts.count=100"]`; not of a loaded campaign.
+        tuned_by: folder of a campaign whose gains are taken.
+        processes: how many at once, one for each core by default; a script that asks for more than one needs
+            `if __name__ == "__main__":`.
+        figures: whether to draw figures into the folder.
+        pdf: whether to draw them for print.
+        report: whether to write the report.
+        progress: as in `nhtrack.run`.
+
+    Raises:
+        ScenarioError: everything wrong with the campaign and its changes.
+        CampaignError: the folder holds another campaign, or what was tuned is not the same.
+        FeasibilityError: `time: auto`, and no time scale fits.
+        TuningError: a law to be tuned has no ranges.
     """
+    loaded = source if isinstance(source, Campaign) else load_campaign(source, overrides_of(set=set))
+    folder = Path("runs") / f"campaign-{loaded.name}" if out is None else Path(out)
+    with shown_progress(progress) as stage:
+        results = run_campaign(loaded, folder, stage, processes, None if tuned_by is None else Path(tuned_by))
+    written = list(results.files)
+    if figures:
+        from nhtrack.studies.campaign.plots import save_campaign_figures
 
-    campaign: Campaign
-    runs: pd.DataFrame
-    cells: pd.DataFrame
-    worst: Mapping[str, Path]
-    files: tuple[Path, ...]
+        written += save_campaign_figures(results.runs, results.cells, folder / "figures", pdf=pdf)
+    if report:
+        written.append(write_campaign_report(results))
+    return replace(results, files=tuple(written))
 
 
 def run_campaign(
     campaign: Campaign,
     folder: Path,
-    stage: Callable[[str], Progress] | None = None,
+    stage: Stage | None = None,
     processes: int | None = None,
     tuned_by: Path | None = None,
-) -> Results:
+) -> CampaignResults:
     """Runs a campaign into a folder; what is there of it already is kept.
 
     The folder gets `campaign.json` (what was asked for, and versions), `tuning/` (gains found), `parts/` (rows of some
@@ -110,23 +142,7 @@ def run_campaign(
     limits = {"position_limit": arrival.position, "heading_limit": arrival.heading}
     table = cells_of(runs, gains, backend=campaign.backend, **limits)
     files = (save_runs(runs, folder / "runs.parquet"), save_cells(table, folder / "cells.csv"))
-    return Results(campaign, runs, table, _worst(cells, runs, folder / "worst"), files)
-
-
-def write_report(results: Results, folder: Path) -> Path:
-    """Writes the report of a campaign into its folder.
-
-    Args:
-        results: of `run_campaign`.
-        folder: that it was run into.
-    """
-    from nhtrack.studies.campaign.report import Account, write
-
-    versions_then = json.loads((folder / "campaign.json").read_text())["versions"]
-    worst = {label: path.relative_to(folder).as_posix() for label, path in results.worst.items()}
-    tree = results.campaign.model_dump(mode="json")
-    account = Account(tree, versions_then, worst, json_schema(Campaign))
-    return write(results.runs, results.cells, account, folder / "report.html")
+    return CampaignResults(campaign, runs, table, _worst(cells, runs, folder / "worst"), folder, files)
 
 
 def run_part(part: Part) -> None:
@@ -171,7 +187,7 @@ def _slug(text: str) -> str:
 
 def _claim(campaign: Campaign, folder: Path, report: Callable[[str], Progress]) -> Campaign:
     """Returns the campaign with its time scale, after its account is written or found to be the same."""
-    account = folder / "campaign.json"
+    used, account = is_used(folder), folder / "campaign.json"
     asked = campaign.model_dump(mode="json")
     if account.is_file():
         held = json.loads(account.read_text())
@@ -180,7 +196,7 @@ def _claim(campaign: Campaign, folder: Path, report: Callable[[str], Progress]) 
         if held.get("laws", {}) != _hashes(campaign):
             raise CampaignError(f"{folder} was begun with another text of a law's file; choose another --out")
         return _at_time(campaign, float(held["time_scale"]))
-    if folder.is_dir() and any(folder.iterdir()):
+    if used:
         raise CampaignError(f"{folder} exists already and holds no campaign; choose another --out")
     campaign = with_time(campaign, report("time scale"))
     begun = {"asked": asked, "time_scale": campaign.similarity.time_scale, "laws": _hashes(campaign)}
@@ -262,7 +278,7 @@ def _search(search: _Search) -> None:
     assert tuning is not None  # else nothing is searched
     starts = campaign.starts.model_copy(update={"count": tuning.starts, "seed": tuning.seed, "special": 0.0})
     cell = Cell(campaign.model_copy(update={"starts": starts, "backend": "ideal"}), search.label, search.family)
-    found = tune(cell.scenario(*range(tuning.starts)), None, tuning.budget, tuning.seed, below_bound=True)
+    found = find_gains(cell.scenario(*range(tuning.starts)), None, tuning.budget, tuning.seed, below_bound=True)
     save_json(search.path, {"gains": found.gains, "account": found.account, "leaves": found.leaves})
 
 
@@ -278,7 +294,7 @@ def _worst(cells: Mapping[Key, Cell], runs: pd.DataFrame, folder: Path) -> dict[
     for label, part in runs.groupby("law", sort=False):
         worst: Any = worst_first(part).iloc[0]
         cell, path = cells[str(label), worst["family"]], folder / f"{_slug(str(label))}.yaml"
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(scenario_text(cell.scenario(int(worst["start"]))), encoding="utf-8")
+        with atomic_path(path) as temporary:
+            temporary.write_text(scenario_text(cell.scenario(int(worst["start"]))), encoding="utf-8")
         written[str(label)] = path
     return written

@@ -22,11 +22,11 @@ COLUMNS: Mapping[str, str] = {
     "theta": "[rad]",
     "v": "[length/time]",
     "omega": "[rad/time]",
-    "converged": "whether both errors stayed within the criterion over the last part of the run",
+    "converged": "whether it settled: both errors stayed within the criterion over the last part of the run",
     "lost": "whether it ran away, tipped over, or was commanded something that is no number",
     "late_position": "largest distance from its place in that part [length]",
     "late_heading": "largest heading error in that part [rad]",
-    "settling_time": "when both errors were within the criterion for good [time]",
+    "settling_time": "since when both errors were within the criterion, NaN where it did not settle [time]",
     "peak_utilisation": "largest friction utilisation of a wheel, as predicted where there are no wheels [1]",
     "saturated": "share of the run in which a motor was at its limit [1]",
     "effort_x": "root mean square of u_x [length/time^2]",
@@ -67,7 +67,6 @@ def cells_of(
     rows = []
     for (law, family), part in runs.groupby(["law", "family"], sort=False):
         converged, interval = int(part["converged"].sum()), _wilson(part["converged"])
-        part = part.assign(settling_time=part["settling_time"].where(part["converged"]))  # others may be leaving again
         row = {"law": law, "family": family, "starts": len(part), "converged": converged, "lost": part["lost"].sum()}
         row |= {"share": converged / len(part), "share_low": interval[0], "share_high": interval[1]}
         row |= {f"{_SHORT.get(name, name)}_median": part[name].median() for name in _MEDIANS}

@@ -2,28 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, TypeAlias
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from nhtrack.execution import cores
 from nhtrack.terminal.app import EXIT_DIVERGED, EXIT_INTERRUPTED, app, fail
 from nhtrack.terminal.options import Backend, Changes, Pdf, load_scenario
-from nhtrack.terminal.screen import escape, make_table, progress_bars, screen, show_metres, show_quantity, show_share
+from nhtrack.terminal.progress import shown_progress
+from nhtrack.terminal.screen import screen
 
 if TYPE_CHECKING:
-    from rich.console import Console
-    from rich.table import Table
-
     from nhtrack.config.scenario import Scenario
-    from nhtrack.studies.compare.ranking import Standing
-    from nhtrack.studies.compare.result import Comparison, Search
-
-Show: TypeAlias = Callable[[float | None], str]
-
-_WARNINGS = 12  # on the screen: more would push the tables off it
+    from nhtrack.studies.compare.result import Search
 
 
 @app.command()
@@ -60,17 +52,18 @@ def compare(
     Exits with 0 if at least one law completed its run; a law that diverged says so in its row.
     """
     search = _search(budget, objective)
-    overrides = list(changes or [])
-    overrides += [f"backend={backend.value}"] if backend is not None else []
+    from nhtrack.config.changes import overrides_of
     from nhtrack.studies.compare.laws_file import load_laws
 
+    overrides = overrides_of(set=changes or (), backend=backend)
     loaded, wanted = load_laws(lambda: load_scenario(scenario, overrides), laws, _read)
-    from nhtrack.studies.compare.run import compare as study
+    from nhtrack.studies.compare.run import compare_laws
+    from nhtrack.studies.compare.tables import print_comparison
 
-    made = {"figures": not no_figures, "pdf": pdf, "video": not no_video, "report": not no_report}
-    with progress_bars() as stage:
-        found = study(loaded, wanted, out, search=search, overwrite=force, **made, processes=cores(), stage=stage)
-    _print_comparison(found, screen())
+    made = {"figures": not no_figures, "pdf": pdf, "video": not no_video, "report": not no_report, "overwrite": force}
+    with shown_progress() as stage:
+        found = compare_laws(loaded, wanted, out, search=search, **made, processes=cores(), stage=stage)
+    print_comparison(found, screen())
     if found.interrupted:
         fail("interrupted; what was recorded until then is kept", EXIT_INTERRUPTED)
     if not found.completed:
@@ -83,86 +76,10 @@ def _read(source: str) -> Scenario:
 
 def _search(budget: int | None, objective: str | None) -> Search | None:
     """Returns how gains are to be searched, or None."""
-    if budget is None:
-        if objective is not None:
-            raise typer.BadParameter("says what --tune wants; add --tune N", param_hint="--objective")
-        return None
-    from nhtrack.studies.compare.result import Search
-    from nhtrack.studies.tune.objective import Objective, ObjectiveError
+    from nhtrack.studies.compare.result import search_of
+    from nhtrack.studies.tune.objective import ObjectiveError
 
     try:
-        return Search(Objective.parse(objective or "late"), budget)
+        return search_of(budget, objective)
     except ObjectiveError as error:
         raise typer.BadParameter(str(error), param_hint="--objective") from None
-
-
-def _print_comparison(found: Comparison, console: Console) -> None:
-    """Prints how the laws did, the gains that were found, what there is to say of it, and where its files are."""
-    title = f"{found.scenario.name}: the worst follower of each law"
-    console.print(_table(title, found, _TRACKING, outcome=True))
-    console.print(_table("Gap to the ideal twin, and what was asked of wheels", found, _ASKING))
-    for label, tuning in found.tunings.items():
-        gains = ", ".join(f"{name} {gain:g}" for name, gain in tuning.gains.items())
-        cost = f"cost {show_quantity(tuning.cost_before, '')} -> {show_quantity(tuning.cost, '')}"
-        _print_line(console, f"tuned: {label}: {gains} ({cost})")
-    for note in found.notes:
-        _print_line(console, f"note: {escape(note)}")
-    for warning in found.warnings[:_WARNINGS]:
-        _print_line(console, f"[yellow]warning:[/] {escape(warning)}")
-    if len(found.warnings) > _WARNINGS:
-        _print_line(console, f"and {len(found.warnings) - _WARNINGS} more warnings in comparison.json")
-    for reason in found.skipped:
-        _print_line(console, f"[yellow]left out:[/] {escape(reason)}")
-    for file in found.files:
-        _print_line(console, f"wrote {escape(str(file))}")
-
-
-def _print_line(console: Console, line: str) -> None:
-    """Prints a line that stays one, however narrow the screen."""
-    console.print(line, highlight=False, soft_wrap=True)
-
-
-def _in(unit: str) -> Show:
-    return lambda value: show_quantity(value, unit)
-
-
-# What the tables show of a law: headings and ways to show a figure, by measure.
-_TRACKING: Mapping[str, tuple[str, Show]] = {
-    "late_position_error": ("late", show_metres),
-    "late_heading_error": ("late heading", _in("rad")),
-    "settling_time": ("settled", _in("s")),
-}
-_ASKING: Mapping[str, tuple[str, Show]] = {
-    "gap_position_rms": ("gap RMS", show_metres),
-    "peak_utilisation": ("friction", show_share),
-    "torque_saturation_share": ("saturation", show_share),
-    "effort_x": ("RMS u_x", _in("m/s²")),
-    "effort_theta": ("RMS u_theta", _in("rad/s²")),
-}
-
-
-def _table(
-    title: str, found: Comparison, columns: Mapping[str, tuple[str, Show]], *, outcome: bool = False
-) -> Table:
-    """Returns a table with a row for each law, the best value of each column in bold, and how its run ended."""
-    from nhtrack.studies.compare.ranking import best
-
-    standings = found.standings
-    first, table = best(standings), make_table(title)
-    table.add_column("law", no_wrap=True)
-    for heading, _ in columns.values():
-        table.add_column(heading, justify="right")
-    if outcome:
-        table.add_column("outcome")
-    for place, law in enumerate(standings):
-        cells = [(show(getattr(law, measure)), first.get(measure) == place) for measure, (_, show) in columns.items()]
-        bold = [f"[bold]{text}[/]" if is_best else text for text, is_best in cells]
-        ended = [_outcome(law)] if outcome else []
-        table.add_row(law.label, *bold, *ended, style=None if law.completed else "dim")
-    return table
-
-
-def _outcome(law: Standing) -> str:
-    """Returns how a run ended, and when, if not as it should."""
-    kind = law.outcome.split(":")[0]
-    return kind if law.completed else f"{kind} at {law.end:.3g} s"

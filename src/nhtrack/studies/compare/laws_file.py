@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -12,7 +12,8 @@ from typing import TypeVar
 from pydantic import ValidationError
 
 from nhtrack.colours import FOLLOWERS
-from nhtrack.config.law_sections import Law, law_names, law_section
+from nhtrack.config.changes import LawChoice, value_text
+from nhtrack.config.law_sections import Law, LawSection, law_names, law_section
 from nhtrack.config.messages import shape_faults
 from nhtrack.config.scenario import Scenario
 from nhtrack.config.tree import ancestors, dotted, parse_yaml
@@ -53,6 +54,12 @@ class _Written(Section):
     """A law by itself."""
 
     law: Law
+
+
+def law_texts(laws: LawChoice | Iterable[LawChoice]) -> list[str]:
+    """Returns laws, or a single one, as they are asked for on the command line; see `load_laws`."""
+    several = [laws] if isinstance(laws, (str, Path, Mapping, LawSection)) else laws
+    return [law if isinstance(law, str) else value_text(law) for law in several]
 
 
 def load_laws(own: Callable[[], Scenario], texts: Sequence[str], read: Read) -> tuple[Scenario, tuple[Law, ...]]:

@@ -9,19 +9,20 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from nhtrack.presentation.numbers import listed, quantity, seconds, share
+from nhtrack.presentation.shown import Span, settled_note
 from nhtrack.recording import Recording
 from nhtrack.report.data import payload
 from nhtrack.report.page import Page, write_page
 from nhtrack.report.panels import decades
 from nhtrack.report.scenario_listing import meanings, yaml_text
 from nhtrack.report.timed import SCRIPTS, SECTIONS, timed_contents, with_film
+from nhtrack.settling import SettlingLimits
 from nhtrack.studies.run.report import Extras
 
 Row = Mapping[str, Any]  # of `laws` in a comparison's tree
 
 _JOINED = ("twist", "input", "wheel_torque", "friction_utilisation", "lateral_slip", "longitudinal_slip")
 _WILD, _MARGIN = 3.0, 0.06  # times the others' largest value that an axis still shows; room at its ends
-_SIZES = ("half_separation", "wheel_radius", "friction", "torque_limit")
 
 
 class Measure(NamedTuple):
@@ -44,23 +45,28 @@ MEASURES: Mapping[str, Measure] = {
 }
 
 
-def write(tree: Row, runs: Mapping[str, Recording], merged: Recording, path: Path, extras: Extras) -> Path:
+def write(
+    tree: Row, runs: Mapping[str, Recording], merged: Recording, wrong: Iterable[Span], path: Path, extras: Extras
+) -> Path:
     """Writes the page of a comparison; the file appears under its name only once it is whole.
 
     Args:
         tree: what the comparison found, as plain values (`comparison.json`).
         runs: of the laws, by their labels.
         merged: all of them as one (`nhtrack.video.together.together`).
+        wrong: start and end of everything that went wrong on wheels, under any law [s].
         path: file to write.
         extras: film and schema.
     """
-    return write_page(compare_page(tree, runs, merged, extras), path)
+    return write_page(compare_page(tree, runs, merged, wrong, extras), path)
 
 
-def compare_page(tree: Row, runs: Mapping[str, Recording], merged: Recording, extras: Extras) -> Page:
+def compare_page(
+    tree: Row, runs: Mapping[str, Recording], merged: Recording, wrong: Iterable[Span], extras: Extras
+) -> Page:
     """Returns what the page of a comparison shows. Arguments as `write`."""
     whole = joined(merged, runs)
-    data, film = with_film(payload(whole), whole, extras.film)
+    data, film = with_film(payload(whole, wrong), whole, extras.film)
     kept = {label for label, run in runs.items() if run.outcome == "completed"}
     data["panels"] = [fitted(panel, kept, whole) for panel in data["panels"]] if kept else data["panels"]
     colours = {robot["name"]: robot["colour"] for robot in data["robots"]}
@@ -83,6 +89,7 @@ def compare_page(tree: Row, runs: Mapping[str, Recording], merged: Recording, ex
             "film": film,
             "no_film": extras.no_film,
             "standings": [row | {"colour": colours[groups[row["label"]]]} for row in _rows(tree)],
+            "settled": settled_note(SettlingLimits(**tree["settling_limits"])),
             "headings": [measure.heading for measure in MEASURES.values()],
             "laws": [_law(row) for row in tree["laws"]],
             "notes": tree["notes"],
@@ -107,8 +114,7 @@ def joined(merged: Recording, runs: Mapping[str, Recording]) -> Recording:
         name: (root[name].dims, np.concatenate([root[name].values[:, :1], *_followers(name, runs, root)], axis=1))
         for name in known
     }
-    sizes = {name: root.dataset.attrs[name] for name in _SIZES if name in root.dataset.attrs}
-    return Recording(merged.dataset.assign(variables).assign_attrs(sizes))
+    return Recording(merged.dataset.assign(variables).assign_attrs(root.robot._asdict()))
 
 
 def _followers(name: str, runs: Mapping[str, Recording], root: Recording) -> Iterator[np.ndarray]:
@@ -157,12 +163,7 @@ def verdicts(tree: Row) -> list[str]:
 
 def _alarm(tree: Row) -> str:
     outcomes = [row["outcome"] for row in tree["laws"]]
-    if "completed" not in outcomes:
-        return "No law completed its run."
-    missing = any(warning.endswith("not run, the comparison was interrupted") for warning in tree["warnings"])
-    if missing or "interrupted" in outcomes:
-        return "The comparison was interrupted: not all laws have run to the end."
-    return ""
+    return "" if "completed" in outcomes else "No law completed its run."
 
 
 def _ends(laws: Sequence[Row]) -> Iterator[str]:

@@ -12,11 +12,15 @@ import numpy as np
 
 from nhtrack.config.scenario import Scenario
 from nhtrack.recording import Recording
+from nhtrack.settling import settling_limits
 from nhtrack.studies.compare.ranking import Standing, best, standing
-from nhtrack.studies.run.run import Outcome, versions
-from nhtrack.studies.tune.objective import Objective
-from nhtrack.studies.tune.run import Tuning
+from nhtrack.studies.run.result import Outcome
+from nhtrack.studies.run.run import versions
+from nhtrack.studies.tune.box import require_budget
+from nhtrack.studies.tune.objective import Objective, ObjectiveError
+from nhtrack.studies.tune.result import Tuning
 from nhtrack.video.together import Room
+from nhtrack.views import drawn_by
 
 _LEAST = 0.5  # [m] shown around a leader that stands and whose followers begin beside it
 
@@ -34,7 +38,22 @@ class Search:
     budget: int
 
 
-@dataclass(frozen=True)
+def search_of(budget: int | None, objective: str | None) -> Search | None:
+    """Returns how gains are to be searched, or None where no budget is given.
+
+    Raises:
+        ObjectiveError: an objective that cannot be understood, or one without a search.
+        TuningError: a budget too small.
+    """
+    if budget is None:
+        if objective is not None:
+            raise ObjectiveError("says what --tune wants; add --tune N")
+        return None
+    require_budget(budget)
+    return Search(Objective.parse(objective or "late"), budget)
+
+
+@dataclass(frozen=True, repr=False)
 class Comparison:
     """What a comparison left behind.
 
@@ -45,7 +64,7 @@ class Comparison:
         search: how gains were searched, or None.
         tunings: of the laws whose search found gains.
         notes: how the comparison went about, in sentences.
-        folder: where the files are.
+        folder: where the files are, or None for a comparison in memory.
         files: the files written, in the order of writing.
         skipped: what was asked for and could not be made, with the reason.
     """
@@ -56,7 +75,7 @@ class Comparison:
     search: Search | None
     tunings: Mapping[str, Tuning]
     notes: tuple[str, ...]
-    folder: Path
+    folder: Path | None
     files: tuple[Path, ...] = ()
     skipped: tuple[str, ...] = ()
 
@@ -86,9 +105,7 @@ class Comparison:
         """Why there is no film, if there is none."""
         mark = "no video: "
         reasons = [reason.removeprefix(mark) for reason in self.skipped if reason.startswith(mark)]
-        if self.interrupted:
-            reasons.append("the comparison was interrupted")
-        elif not self.completed:
+        if not self.completed:
             reasons.append("no law completed its run")
         return next(iter(reasons), "none was asked for")
 
@@ -110,6 +127,7 @@ class Comparison:
             "name": self.scenario.name,
             "backend": self.scenario.backend,
             "similarity": {"length": similarity.length, "time": similarity.time},
+            "settling_limits": settling_limits(similarity.length)._asdict(),
             "search": None if self.search is None else self._search_tree(self.search),
             "laws": [each.row | self._law_tree(each.label) for each in standings],
             "best": {measure: standings[place].label for measure, place in best(standings).items()},
@@ -118,6 +136,14 @@ class Comparison:
             "scenario": self.scenario.model_dump(mode="json"),
             "versions": versions(),
         }
+
+    def __repr__(self) -> str:
+        """Returns a one-line account."""
+        return f"Comparison({self.scenario.name!r}: {', '.join(self.outcomes)})"
+
+    def _repr_html_(self) -> str:
+        """Returns what a notebook shows: how the laws did, and all of them in one drawing."""
+        return drawn_by("nhtrack.studies.compare.view.comparison_html", self)
 
     def _search_tree(self, search: Search) -> dict[str, Any]:
         return {"objective": str(search.objective), "budget": search.budget, "seed": self.scenario.seed}

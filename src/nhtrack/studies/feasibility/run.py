@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
-import math
-from dataclasses import dataclass
-from typing import Any
+from typing import Unpack
 
-from nhtrack.analysis.demand import Binding, Demand, bindings, demands, rounded_up
+from nhtrack.analysis.demand import Binding, bindings, demands, rounded_up
+from nhtrack.config.changes import ScenarioChanges
 from nhtrack.config.checks import MOST_PERIODS
 from nhtrack.config.scenario import Scenario
 from nhtrack.errors import FeasibilityError
 from nhtrack.experiment.build import Experiment, build, robot_of
+from nhtrack.experiment.compile import compile_once
 from nhtrack.experiment.loop import Progress, Rollout
+from nhtrack.recording.source import Source, load
 from nhtrack.simulation.ideal import IdealSimulation
 from nhtrack.simulation.robot_models import RobotModels
+from nhtrack.studies.feasibility.result import Feasibility
+from nhtrack.terminal.progress import Observer, shown_progress
 
 _CLOSE_ENOUGH = 0.998  # a fitting time scale this close to what its own run asks for is taken
 _FIRST_PERIODS = 2000  # of the first run of a search
@@ -22,74 +25,27 @@ _MOST_RUNS = 20
 _MOST_BLIND_PERIODS = 200_000  # of a run that diverges: beyond it the control period is not to blame
 
 
-@dataclass(frozen=True)
-class Feasibility:
-    """What a scenario asks of its robots at its time scale, and the time scale that fits.
-
-    Attributes:
-        scenario: with its time scale as a number.
-        demands: see `demands`.
-        bindings: see `bindings`, with the scenario's margin.
-        fitting_time: smallest time scale that fits, or None where none does.
-        obstacle: why none does, or None.
-    """
-
-    scenario: Scenario
-    demands: tuple[Demand, ...]
-    bindings: tuple[Binding, ...]
-    fitting_time: float | None
-    obstacle: str | None = None
-
-    @property
-    def fits(self) -> bool:
-        """Whether the scenario fits as it is, with its friction margin."""
-        return all(binding.factor >= 1 for binding in self.bindings)
-
-    @property
-    def table(self) -> list[dict[str, Any]]:
-        """Rows of plain values for JSON; what is not finite becomes None.
-
-        After a robot's demands comes its `time_scale`: the scenario's as value, the smallest that fits the robot as
-        limit, when and on which wheel it is bound.
-        """
-        present = self.scenario.similarity.time_scale
-        rows = [vars(demand) for demand in self.demands]
-        for binding in self.bindings:
-            limit = present / binding.factor if binding.factor > 0 else math.inf
-            row = Demand(binding.robot, "time_scale", present, "1", limit, limit / present, binding.time, binding.wheel)
-            rows.append(vars(row))
-        order = list(dict.fromkeys(row["robot"] for row in rows))
-        rows.sort(key=lambda row: order.index(row["robot"]))
-        return [{key: _finite(value) for key, value in row.items()} for row in rows]
-
-    @property
-    def verdict(self) -> str:
-        """What the figures say, in a sentence."""
-        time, margin = self.scenario.similarity.time_scale, self.scenario.similarity.friction_margin
-        if self.fitting_time is None:
-            return f"No time scale fits: {self.obstacle}."
-        smallest = f"the smallest time scale that fits is {self.fitting_time:g}"
-        if self.fits:
-            return f"Fits at similarity.time {time:g}, with friction used to {margin:.3g} at most; {smallest}."
-        worst = min(self.bindings, key=lambda binding: binding.factor)
-        place = f"{worst.robot}'s {worst.wheel} wheel at {worst.time:.3g} s"
-        return f"Does not fit at similarity.time {time:g}: {worst.limit} of {place}; {smallest}."
-
-
-def _finite(value: Any) -> Any:
-    return None if isinstance(value, float) and not math.isfinite(value) else value
-
-
-def feasibility(scenario: Scenario, progress: Progress | None = None) -> Feasibility:
+def feasibility(
+    scenario: Source, *, progress: bool | Observer | None = None, **changes: Unpack[ScenarioChanges]
+) -> Feasibility:
     """Returns what a scenario asks of its robots, from ideal runs alone.
 
     Args:
-        scenario: what to look at; `time: auto` is resolved first.
-        progress: called with the control periods done and their number, anew for every run.
+        scenario: as in `nhtrack.run`; `time: auto` is resolved first.
+        progress: as in `nhtrack.run`.
+        **changes: `law`, `robot`, `duration`, `backend` and `set`, see `nhtrack.config.changes.ScenarioChanges`.
 
     Raises:
+        ScenarioError: everything wrong with the scenario and its changes.
         FeasibilityError: `time: auto` and no time scale fits, or the law does not hold the robots at this one.
     """
+    loaded = load(scenario, **changes)
+    with shown_progress(progress) as stage:
+        compile_once(stage)
+        return _asked_of_robots(loaded, stage("ideal runs"))
+
+
+def _asked_of_robots(scenario: Scenario, progress: Progress) -> Feasibility:
     robot, auto = robot_of(scenario), scenario.similarity.time == "auto"
     scenario = with_time(scenario, progress, robot)
     experiment = build(scenario, robot)

@@ -9,8 +9,10 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from nhtrack.presentation.result_table import Look, ResultTable, TableRow
 from nhtrack.terminal.app import EXIT_ERROR, app
-from nhtrack.terminal.screen import make_table, progress_bars, screen
+from nhtrack.terminal.progress import shown_progress
+from nhtrack.terminal.screen import rich_table, screen
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -45,7 +47,7 @@ def fidelity(
         load_robot(robot)  # a misspelt one is told before anything is measured
     wanted = tasks(robots, checks or (QUICK if quick else None))
     claimed = contextlib.nullcontext() if no_report else claimed_folder("fidelity", out, force)
-    with claimed as folder, progress_bars() as stage:
+    with claimed as folder, shown_progress() as stage:
         compile_once(stage)
         findings = run(wanted, stage("fidelity"))
     if as_json:
@@ -61,15 +63,7 @@ def fidelity(
 def _print(findings: list[Finding], console: Console) -> None:
     """Prints a table for each robot, and what broken budgets are made of."""
     for robot in dict.fromkeys(finding.robot for finding in findings):
-        table = make_table(robot)
-        for heading in ("check", "measured", "budget", "unit", ""):
-            table.add_column(heading, justify="right" if heading in ("measured", "budget") else "left")
-        for finding in (each for each in findings if each.robot == robot):
-            bound = f"{'<=' if finding.sense == 'at most' else '>='} {finding.budget:g}"
-            unit = finding.unit if finding.unit != "1" else ""
-            verdict, style = _verdict(finding)
-            table.add_row(finding.check, f"{finding.value:.2g}", bound, unit, verdict, style=style)
-        console.print(table)
+        console.print(rich_table(_table(robot, [each for each in findings if each.robot == robot])))
     broken = [finding for finding in findings if not finding.ok]
     for finding in broken:
         console.print(f"{finding.robot}, {finding.check}: {finding.cause}", markup=False, soft_wrap=True)
@@ -78,8 +72,20 @@ def _print(findings: list[Finding], console: Console) -> None:
     console.print(f"{len(findings) - len(broken)} of {len(findings)} budgets kept", highlight=False)
 
 
-def _verdict(finding: Finding) -> tuple[str, str | None]:
-    """Returns a word for a finding and the style of its row."""
+def _table(robot: str, findings: list[Finding]) -> ResultTable:
+    """Returns the findings of a robot against their budgets."""
+    rows = []
+    for finding in findings:
+        bound = f"{'<=' if finding.sense == 'at most' else '>='} {finding.budget:g}"
+        unit = finding.unit if finding.unit != "1" else ""
+        verdict, look = _verdict(finding)
+        rows.append(TableRow((finding.check, f"{finding.value:.2g}", bound, unit, verdict), look))
+    headings = ("check", "measured", "budget", "unit", "")
+    return ResultTable(robot, headings, tuple(rows), frozenset({"check", "unit", ""}))
+
+
+def _verdict(finding: Finding) -> tuple[str, Look]:
+    """Returns a word for a finding and the look of its row."""
     if finding.ok:
-        return "ok", None
-    return ("explained", "yellow") if finding.explained else ("broken", "bold red")
+        return "ok", ""
+    return ("explained", "caution") if finding.explained else ("broken", "fault")

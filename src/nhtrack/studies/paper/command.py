@@ -10,7 +10,7 @@ import typer
 
 from nhtrack.terminal.app import app
 from nhtrack.terminal.options import Backend, Pdf
-from nhtrack.terminal.screen import progress_bars
+from nhtrack.terminal.progress import shown_progress
 
 
 @app.command()
@@ -37,15 +37,16 @@ def paper(
     """Run the paper's five examples and draw all of its figures on one page, as Markdown and as a report."""
     if not re.fullmatch(r"\d+(,\d+)*", examples):
         raise typer.BadParameter(f"expected numbers such as 1,4, got {examples!r}", param_hint="--examples")
-    from nhtrack.studies.paper.run import ExampleError, examples_of, reproduce
-    from nhtrack.studies.run.run import fresh_folder
+    from nhtrack.files.folder import fresh_folder
+    from nhtrack.studies.paper.examples import ExampleError, examples_of
+    from nhtrack.studies.paper.run import reproduce
 
     try:
         wanted = examples_of([int(number) for number in examples.split(",")])
     except ExampleError as error:
         raise typer.BadParameter(str(error), param_hint="--examples") from None
     folder = out or fresh_folder("paper")
-    with progress_bars() as stage:
+    with shown_progress() as stage:
         written = reproduce(
             wanted,
             folder,

@@ -5,20 +5,19 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from nhtrack.analysis.metrics import smallest_separation, summary
+from nhtrack.analysis.metrics import follower_figures, robot_figures, smallest_separation
 from nhtrack.config.robots import FollowerSection, LeaderSection, Start
 from nhtrack.config.scenario import Scenario
-from nhtrack.experiment.load import load_tree
+from nhtrack.presentation.shown import within
 from nhtrack.recording import Recording
 from nhtrack.references import SignalInput
-
-if TYPE_CHECKING:
-    from nhtrack.studies.paper.run import ExampleRuns
+from nhtrack.settling import settling_limits
+from nhtrack.studies.paper.result import ExampleRuns
 
 STARTS = ("robot", "theta(0)", "x(0)", "y(0)", "omega(0)", "v_x(0)")
-FOLLOWERS = ("follower", "model", "position at T", "heading at T", "late position", "late heading")
+FOLLOWERS = ("follower", "model", "position at T", "heading at T", "late position", "late heading", "settled after")
 
 _TITLE = """\
 # The paper's examples on wheels
@@ -34,8 +33,10 @@ neither the geometry nor the law. Pale broad lines are the ideal twin; thin line
 where each began.
 
 The paper gives no gains. Those below were searched for on the ideal model (`nhtrack tune`). *Late* is the worst of the
-last 15 % of a run; per cent are of the leader's path. With a moving leader the printed law ends on a limit cycle around
-it, on the ideal integrator as on wheels: late errors measure the law, the gap to the twin measures the wheels.
+last 15 % of a run; per cent are of the leader's path. A follower has *settled* once it stays {settled}
+of its place, in the paper's units, until the end and at least over that part of the run. With a moving leader the
+printed law ends on a limit cycle around it, on the ideal integrator as on wheels: late errors measure the law, the gap
+to the twin measures the wheels.
 """
 
 
@@ -46,7 +47,7 @@ def page(done: Sequence[ExampleRuns], folder: str) -> str:
         done: examples with their runs.
         folder: where the figures are, relative to the page.
     """
-    parts = [_TITLE, _overview(done)]
+    parts = [_TITLE.format(settled=within(settling_limits(1.0))), _overview(done)]
     parts += [_section(runs, folder) for runs in done]
     made = next(iter(done[0].shown.values())).versions
     parts.append(f"Made with nhtrack {made['nhtrack']} and MuJoCo {made['mujoco']}.\n")
@@ -90,7 +91,7 @@ def _overview(done: Sequence[ExampleRuns]) -> str:
     for runs in done:
         for name, recording in runs.shown.items():
             late = [_late(run) for run in (runs.ideal[name], runs.wheels.get(name)) if run is not None]
-            robots = summary(recording)["robots"].values() if runs.wheels else ()
+            robots = robot_figures(recording).values() if runs.wheels else ()
             rows.append([
                 f"[{name}](#example-{runs.example.number})",
                 f"{farthest(recording):.2f} m",
@@ -108,7 +109,7 @@ def _section(runs: ExampleRuns, folder: str) -> str:
     example = runs.example
     anchor = f'<a id="example-{example.number}"></a>'
     parts = [f"{anchor}\n\n## Example {example.number}: {example.title}\n", example.text + "\n"]
-    scenarios = {name: load_tree(recording.scenario, source=name) for name, recording in runs.shown.items()}
+    scenarios = {name: recording.scenario for name, recording in runs.shown.items()}
     first = next(iter(scenarios.values()))
     parts.append("".join(f"- {line}\n" for line in settings(first)))
     for name, scenario in scenarios.items():
@@ -175,7 +176,7 @@ def follower_rows(runs: ExampleRuns) -> list[list[str]]:
     rows = []
     for name, recording in runs.shown.items():
         models = {"ideal": runs.ideal[name]} | ({"MuJoCo": runs.wheels[name]} if runs.wheels else {})
-        figures = {model: summary(run)["followers"] for model, run in models.items()}
+        figures = {model: follower_figures(run) for model, run in models.items()}
         for follower in recording.followers:
             called = follower if len(runs.shown) == 1 else f"{follower}, `{name}`"
             for model, run in models.items():
@@ -183,21 +184,22 @@ def follower_rows(runs: ExampleRuns) -> list[list[str]]:
     return rows
 
 
-def _error_cells(errors: Mapping[str, float], recording: Recording) -> list[str]:
-    """Returns position and heading error at T, then late."""
+def _error_cells(errors: Mapping[str, Any], recording: Recording) -> list[str]:
+    """Returns position and heading error at T, then late, and when it settled."""
     path, cells = leader_path(recording), []
     for when in ("final", "late"):
         distance = errors[f"{when}_position_error"]
         cells.append(f"{distance / recording.length_scale:.3g} m ({100 * distance / path:.2f} %)")
         cells.append(f"{errors[f'{when}_heading_error']:.2g} rad")
-    return cells
+    settled = errors["settling_time"]
+    return [*cells, "never" if settled is None else f"{settled / recording.time_scale:.3g} s"]
 
 
 def _robot_table(runs: ExampleRuns) -> str:
     """Returns the gaps to the ideal twin and the loads of every robot, on the floor."""
     rows = []
     for name, recording in runs.wheels.items():
-        for robot, figures in summary(recording)["robots"].items():
+        for robot, figures in robot_figures(recording).items():
             rows.append([
                 robot if len(runs.wheels) == 1 else f"{robot}, `{name}`",
                 f"{figures['path_length']:.2f} m",
@@ -224,14 +226,14 @@ def _closest(recording: Recording) -> str:
 
 def _late(recording: Recording) -> tuple[float, float]:
     """Returns the largest late errors of all followers: position in per cent of the leader's path, heading [rad]."""
-    followers = summary(recording)["followers"].values()
+    followers = follower_figures(recording).values()
     position = max(follower["late_position_error"] for follower in followers)
     return 100 * position / leader_path(recording), max(follower["late_heading_error"] for follower in followers)
 
 
 def leader_path(recording: Recording) -> float:
     """Returns the length of the leader's path [m]."""
-    return float(summary(recording)["robots"][recording.robots[0]]["path_length"])
+    return float(robot_figures(recording)[recording.robots[0]]["path_length"])
 
 
 def farthest(recording: Recording) -> float:

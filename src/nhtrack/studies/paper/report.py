@@ -8,9 +8,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
 
-from nhtrack.presentation.numbers import listed
+from nhtrack.presentation.numbers import listed, share
+from nhtrack.presentation.shown import within
 from nhtrack.report.page import Page, write_page
+from nhtrack.settling import settling_limits
 
+NEAR = 0.05  # share of the farthest start, within which followers that did not settle are near their places
 MARKS = {"reached": "as claimed", "near": "near, not at zero", "missed": "not as claimed"}
 
 _INTRODUCTION = (
@@ -94,15 +97,22 @@ def paper_page(sections: Sequence[Section], command: str, versions: Mapping[str,
         tiles=[(name, _of(sections, mark)) for mark, name in MARKS.items()],
         plots=False,
         scripts=("still.js",),
-        contents={"sections": sections, "header": HEADER, "marks": MARKS, "pictures": _pictures(sections)},
+        contents={
+            "sections": sections,
+            "settled": within(settling_limits(1.0)),
+            "near": share(NEAR),
+            "header": HEADER,
+            "marks": MARKS,
+            "pictures": _pictures(sections),
+        },
     )
 
 
 def verdicts(sections: Sequence[Section]) -> list[str]:
     """Returns sentences on which examples came out as the paper says."""
     told = {
-        "reached": "In {} it is as claimed: every follower reaches its place, position and heading.",
-        "near": "In {} followers come near their places and stay near them, but are not seen to reach them.",
+        "reached": "In {} it is as claimed: every follower settles, position and heading.",
+        "near": "In {} followers come near their places and stay near them, but do not settle.",
         "missed": "In {} followers do not come near their places.",
     }
     found = []

@@ -6,27 +6,26 @@ import math
 import shlex
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from nhtrack.analysis.metrics import (
-    LATE,
-    SETTLED,
     heading_error,
     late_rows,
+    limits_of,
     position_error,
+    robot_figures,
+    settling_times,
     smallest_separation,
-    summary,
 )
-from nhtrack.experiment.load import load_tree
 from nhtrack.presentation.numbers import quantity, seconds, share
+from nhtrack.presentation.shown import within
 from nhtrack.recording import Recording
+from nhtrack.settling import LATE
 from nhtrack.studies.paper.page import FOLLOWERS, STARTS, farthest, follower_rows, leader_path, settings, start_rows
-from nhtrack.studies.paper.report import Section, Table
-
-if TYPE_CHECKING:
-    from nhtrack.studies.paper.run import ExampleRuns
+from nhtrack.studies.paper.report import NEAR, Section, Table
+from nhtrack.studies.paper.result import ExampleRuns
 
 CLAIMS = {
     1: "From this start the follower converges to a leader that accelerates along a smooth path: its errors in "
@@ -37,7 +36,6 @@ CLAIMS = {
     4: "All followers, that with two parents among them, converge to the leader's place and heading (Theorem 2).",
     5: "All followers converge to their places in the frame of what they track (Theorem 3).",
 }
-REACHED, REACHED_HEADING = 1e-3, 0.02  # share of the farthest start; [rad], the bundled campaigns' criterion
 _SHRINKS = 0.5  # an error that is not below this share of what it was a moment ago has stopped shrinking
 _TURNS = "example3"  # scenarios in which it matters which way round the follower turns
 
@@ -50,19 +48,21 @@ class Merit(NamedTuple):
         late: largest position error late in the run [m].
         before: the same of as long a time just before [m].
         heading: largest heading error late in the run [rad].
+        settled: whether all of them did, see `nhtrack.settling`.
     """
 
     began: float
     late: float
     before: float
     heading: float
+    settled: bool
 
     @property
     def mark(self) -> str:
         """What came of the claim that errors go to zero."""
-        if self.late <= REACHED * self.began and self.heading <= REACHED_HEADING:
+        if self.settled:
             return "reached"
-        return "near" if self.late <= SETTLED * self.began else "missed"
+        return "near" if self.late <= NEAR * self.began else "missed"
 
 
 def merit(recording: Recording) -> Merit:
@@ -70,8 +70,11 @@ def merit(recording: Recording) -> Merit:
     position, heading = position_error(recording)[:, 1:], np.abs(heading_error(recording)[:, 1:])
     late = late_rows(recording)
     before = slice(max(0, 2 * late.start - len(position)), late.start)
-    worst = (position[0].max(), position[late].max(), position[before].max(), heading[late].max())
-    return Merit(*(float(value) for value in worst))
+    began, end, earlier, turned = (
+        float(values.max()) for values in (position[0], position[late], position[before], heading[late])
+    )
+    settled = bool(np.isfinite(settling_times(recording)[1:]).all())
+    return Merit(began, end, earlier, turned, settled)
 
 
 def sections(done: Sequence[ExampleRuns], folder: Path) -> list[Section]:
@@ -93,7 +96,7 @@ def command(done: Sequence[ExampleRuns]) -> str:
 
 def _section(runs: ExampleRuns, folder: Path) -> Section:
     example = runs.example
-    scenarios = {name: load_tree(recording.scenario, source=name) for name, recording in runs.shown.items()}
+    scenarios = {name: recording.scenario for name, recording in runs.shown.items()}
     marks = [merit(recording).mark for recording in runs.shown.values()]
     return Section(
         example.number,
@@ -123,7 +126,7 @@ def _verdicts(runs: ExampleRuns) -> list[str]:
     told = [_ending(name, recording, len(runs.shown) > 1) for name, recording in runs.shown.items()]
     told += [_turning(name, run) for name, run in runs.shown.items() if name.startswith(_TURNS)]
     told += [_wheels(run) for run in runs.wheels.values()][:1]
-    touching = [run for run in runs.wheels.values() if run.scenario["physics"]["robot_contact"]]
+    touching = [run for run in runs.wheels.values() if run.scenario.physics.robot_contact]
     return told + [_closest(run) for run in touching]
 
 
@@ -131,9 +134,11 @@ def _ending(name: str, recording: Recording, named: bool) -> str:
     """Returns how near followers come, and whether they still come nearer at the end."""
     found, scale = merit(recording), recording.length_scale
     which = f"In {name} followers" if named else "Followers"
+    settle = f"{'settle' if found.settled else 'do not settle'} {within(limits_of(recording))} of their places"
     still = "and still shrinks" if found.late <= _SHRINKS * found.before else "and has stopped shrinking"
     return (
-        f"{which} are within {found.late / scale:.3g} m in the last {share(LATE)} of the run, "
+        f"{which} {settle} on the floor: they are within {found.late / scale:.3g} m in the last {share(LATE)} of the "
+        "run, "
         f"{share(found.late / found.began)} of the {found.began / scale:.3g} m from which the farthest began, and "
         f"within {quantity(found.heading, 'rad')}; the distance was up to {found.before / scale:.3g} m just before, "
         f"{still}."
@@ -193,12 +198,12 @@ def _robots(runs: ExampleRuns) -> Table:
             share(figures["torque_saturation_share"]),
         ]
         for name, recording in runs.wheels.items()
-        for robot, figures in summary(recording)["robots"].items()
+        for robot, figures in robot_figures(recording).items()
     ]
     header = ["robot", "path", "gap RMS", "gap max", "heading gap max", "peak friction utilisation"]
     return Table("How far wheels and ideal twin part, on the floor", [*header, "time at the torque limit"], rows)
 
 
 def _largest(recording: Recording, figure: str) -> float | None:
-    known = [value for each in summary(recording)["robots"].values() if (value := each[figure]) is not None]
+    known = [value for each in robot_figures(recording).values() if (value := each[figure]) is not None]
     return max(known, default=None)

@@ -3,45 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
 from nhtrack.errors import RecordingError
 from nhtrack.experiment.load import load
 from nhtrack.files.atomic import atomic_path
+from nhtrack.files.folder import require_unused
 from nhtrack.recording import Recording
-from nhtrack.studies.paper.examples import EXAMPLES, Example, ExampleError, PaperFigure, Runs, examples_of
-from nhtrack.studies.run.run import OutputError, Stage, simulate
+from nhtrack.studies.paper.examples import Example
+from nhtrack.studies.paper.result import ExampleRuns
+from nhtrack.studies.run.run import simulate
+from nhtrack.terminal.progress import Stage
 
 if TYPE_CHECKING:
     from nhtrack.experiment.loop import Progress
 
-__all__ = ["EXAMPLES", "Example", "ExampleError", "ExampleRuns", "PaperFigure", "examples_of", "reproduce"]
-
 Backend = Literal["mujoco", "ideal"]
 
 _FOLDER = "paper"  # of the scenarios, and of the figures beside the page
-
-
-@dataclass(frozen=True)
-class ExampleRuns:
-    """An example and its runs.
-
-    Attributes:
-        example: which.
-        wheels: runs on MuJoCo, empty where only the ideal model was asked for.
-        ideal: runs on the ideal model.
-    """
-
-    example: Example
-    wheels: Runs
-    ideal: Runs
-
-    @property
-    def shown(self) -> Runs:
-        """The runs that are drawn: on wheels where there are any."""
-        return self.wheels or self.ideal
 
 
 def reproduce(
@@ -75,8 +55,7 @@ def reproduce(
         RecordingError: a recording is missing in `source`, or is of a run that did not complete.
         SimulationDiverged: a run did; what it recorded is kept.
     """
-    if not overwrite and out.exists() and (not out.is_dir() or any(out.iterdir())):
-        raise OutputError(f"{out} exists already; choose another --out, or --force to write into it")
+    require_unused(out, overwrite)
     written: list[Path] = []
     done = []
     for example in examples:

@@ -9,9 +9,7 @@ from typing import Annotated
 
 import typer
 
-from nhtrack.execution import cores
-from nhtrack.terminal.app import app, fail
-from nhtrack.terminal.screen import progress_bars
+from nhtrack.terminal.app import app
 
 
 class Camera(StrEnum):
@@ -52,35 +50,21 @@ def render(
     if speed is not None and not speed > 0:
         raise typer.BadParameter(f"expected a number greater than 0, got {speed:g}", param_hint="--speed")
     pixels = _pixels(size) if size is not None else None
-    from nhtrack.config.video import Video
-    from nhtrack.recording import Recording
+    from nhtrack.studies.render.run import render as study
 
-    loaded = Recording.load(recording)
-    wanted = Video.model_validate(loaded.scenario.get("video", {}))
-    target = out or Path("renders") / f"{_run_name(recording, loaded.name)}.mp4"
-    if target.exists() and not force:
-        fail(f"error: {target} exists; choose another --out, or --force to replace it")
-    from nhtrack.video import render as render_film
-
-    with progress_bars() as stage:
-        film = render_film(
-            loaded,
-            target,
-            camera=camera.value if camera is not None else wanted.camera,
-            size=pixels or wanted.size,
-            fps=fps or wanted.fps,
-            speed=speed or wanted.speed,
-            quality=quality.value if quality is not None else wanted.quality,
-            processes=processes or cores(),
-            progress=stage("video"),
-        )
-    typer.echo(f"wrote {film}")
-
-
-def _run_name(recording: Path, name: str) -> str:
-    """Returns the name of the run a recording lies in: its folder, unless that says nothing."""
-    folder = recording.resolve().parent.name
-    return folder if folder.startswith(name) else name
+    film = study(
+        recording,
+        out,
+        camera=camera and camera.value,
+        size=pixels,
+        fps=fps,
+        speed=speed,
+        quality=quality and quality.value,
+        processes=processes,
+        overwrite=force,
+        progress=True,
+    )
+    typer.echo(f"wrote {film.path}")
 
 
 def _pixels(text: str) -> tuple[int, int]:

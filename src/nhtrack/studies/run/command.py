@@ -10,7 +10,8 @@ import typer
 from nhtrack.execution import cores
 from nhtrack.terminal.app import EXIT_DIVERGED, EXIT_INTERRUPTED, app, fail
 from nhtrack.terminal.options import Backend, Changes, Pdf, load_scenario
-from nhtrack.terminal.screen import progress_bars, screen
+from nhtrack.terminal.progress import shown_progress
+from nhtrack.terminal.screen import screen
 
 
 @app.command()
@@ -29,15 +30,14 @@ def run(
     force: Annotated[bool, typer.Option("--force", help="Write into a results folder that exists.")] = False,
 ) -> None:
     """Run a scenario: summary, recording, figures, film and report in a fresh folder."""
-    overrides = list(changes or [])
-    overrides += [f"backend={backend.value}"] if backend is not None else []
-    overrides += [f"seed={seed}"] if seed is not None else []
-    loaded = load_scenario(scenario, overrides)
+    from nhtrack.config.changes import overrides_of
+
+    loaded = load_scenario(scenario, overrides_of(set=changes or (), backend=backend, seed=seed))
     from nhtrack.studies.run.run import run_scenario
     from nhtrack.studies.run.tables import print_outcome
 
     made = {"figures": not no_figures, "pdf": pdf, "video": not no_video, "report": not no_report}
-    with progress_bars() as stage:
+    with shown_progress() as stage:
         outcome = run_scenario(loaded, out, overwrite=force, **made, processes=cores(), stage=stage)
     print_outcome(outcome, screen())
     if outcome.failure is not None:

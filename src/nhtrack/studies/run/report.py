@@ -11,7 +11,7 @@ from nhtrack.recording import Recording
 from nhtrack.report.data import payload
 from nhtrack.report.page import Page, render_page, write_page
 from nhtrack.report.scenario_listing import meanings, yaml_text
-from nhtrack.report.summary_text import about, tiles, verdicts
+from nhtrack.report.summary_text import about, event_spans, tiles, verdicts
 from nhtrack.report.timed import SCRIPTS, SECTIONS, timed_contents, with_film
 
 _REPEAT = "With the same versions, this repeats the run to the last bit, in the folder of this page:"
@@ -52,8 +52,8 @@ def render(recording: Recording, summary: Mapping[str, Any], extras: Extras | No
 
 def run_page(recording: Recording, summary: Mapping[str, Any], extras: Extras) -> Page:
     """Returns what the page of a run shows. Arguments as `write`."""
-    data, film = with_film(payload(recording), recording, extras.film)
-    outcome = recording.outcome
+    data, film = with_film(payload(recording, event_spans(summary)), recording, extras.film)
+    outcome, scenario = recording.outcome, recording.scenario.model_dump(mode="json")
     return Page(
         "run.html.j2",
         recording.name,
@@ -61,7 +61,7 @@ def run_page(recording: Recording, summary: Mapping[str, Any], extras: Extras) -
         verdicts(summary, about(recording)),
         [(_REPEAT, "nhtrack run recording.nc"), (_SCENARIO, "nhtrack run scenario.yaml")],
         recording.versions,
-        description=recording.scenario.get("description", ""),
+        description=recording.scenario.description,
         tiles=tiles(summary),
         alarm="" if outcome == "completed" else f"This run did not complete: {outcome}.",
         warnings=list(summary.get("warnings", ())),
@@ -72,15 +72,12 @@ def run_page(recording: Recording, summary: Mapping[str, Any], extras: Extras) -
         | {
             "film": film,
             "no_film": extras.no_film,
-            "yaml": yaml_text(recording.scenario),
-            "keys": meanings(recording.scenario, extras.schema),
+            "yaml": yaml_text(scenario),
+            "keys": meanings(scenario, extras.schema),
         },
     )
 
 
 def _facts(recording: Recording, backend: str) -> list[tuple[str, str]]:
-    attributes = recording.dataset.attrs
-    facts = [("backend", backend)]
-    facts += [("seed", str(attributes["seed"]))] if "seed" in attributes else []
-    model = attributes.get("model_hash", "")
-    return facts + ([("SHA-256 of the compiled model", model)] if model else [])
+    facts = {"backend": backend, "seed": recording.seed, "SHA-256 of the compiled model": recording.model_hash or None}
+    return [(name, str(value)) for name, value in facts.items() if value is not None]

@@ -4,96 +4,93 @@ from __future__ import annotations
 
 import os
 import platform
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
+from collections.abc import Mapping
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import Unpack
 
 import numpy as np
 
 from nhtrack.analysis.demand import predictions
 from nhtrack.analysis.events import find_events, sentences
 from nhtrack.analysis.metrics import summary
+from nhtrack.config.changes import ScenarioChanges, overrides_of
 from nhtrack.config.scenario import Scenario
-from nhtrack.config.video import Video
-from nhtrack.errors import RenderError, SimulationDiverged
+from nhtrack.errors import SimulationDiverged
 from nhtrack.experiment.build import Experiment, build, robot_of
 from nhtrack.experiment.compile import compile_once
-from nhtrack.experiment.load import load
-from nhtrack.experiment.loop import Progress, Rollout
+from nhtrack.experiment.loop import Rollout
 from nhtrack.experiment.recorder import FullRecorder, Shape
 from nhtrack.experiment.robot_checks import effect_warnings
 from nhtrack.experiment.storage import storage
-from nhtrack.files.folder import OutputError, claimed_folder, clear, fresh_folder, save_json
-from nhtrack.laws.address import runs_as_python
+from nhtrack.files.folder import claimed_folder, clear, save_json
+from nhtrack.laws.address import entry_of, runs_as_python
+from nhtrack.mjcf import has_dm_control
 from nhtrack.recording import Recording, make_recording
+from nhtrack.recording.source import Source, load
 from nhtrack.robots.diff_drive import DiffDrive
 from nhtrack.simulation.ideal import IdealSimulation
 from nhtrack.simulation.mujoco import MujocoSimulation
 from nhtrack.simulation.scene import Scene, stepped_scene
 from nhtrack.studies.feasibility.run import with_time
-
-__all__ = [
-    "Outcome",
-    "OutputError",
-    "Stage",
-    "fresh_folder",
-    "make_film",
-    "run",
-    "run_scenario",
-    "save_json",
-    "simulate",
-    "versions",
-    "warnings",
-]
-
-# What a stage of a run is called on the screen, and a way to report how far it is.
-Stage = Callable[[str], Progress]
+from nhtrack.studies.run.files import make_film, save_run_figures, write_run_report
+from nhtrack.studies.run.result import DivergedError, Outcome
+from nhtrack.terminal.progress import Observer, Stage, shown_progress
 
 # MuJoCo's coordinates of one robot, about.
 _COORDINATES = 9
 # Robots from which on threads gain more than they cost.
 _FLEET = 12
 
-_VERSIONED = ("nhtrack", "mujoco", "numpy", "scipy", "dm-control", "array-api-compat")
+_VERSIONED = ("nhtrack", "mujoco", "numpy", "scipy", "array-api-compat")
 
 
-@dataclass(frozen=True)
-class Outcome:
-    """What a run left behind.
-
-    Attributes:
-        recording: the run.
-        summary: its figures, see `nhtrack.analysis.metrics.summary`, with the warnings.
-        failure: why it ended early, or None.
-        folder: where the files are, or None for a run in memory.
-        files: the files written, in the order of writing.
-        skipped: what was asked for and could not be made, with the reason.
-    """
-
-    recording: Recording
-    summary: dict[str, Any]
-    failure: SimulationDiverged | None
-    folder: Path | None = None
-    files: tuple[Path, ...] = ()
-    skipped: tuple[str, ...] = field(default=())
-
-
-def run(scenario: Scenario | str | Path) -> Recording:
-    """Returns the recording of a scenario, run in memory.
+def run(
+    scenario: Source,
+    *,
+    seed: int | None = None,
+    out: str | Path | None = None,
+    overwrite: bool = False,
+    figures: bool = True,
+    pdf: bool = False,
+    video: bool = True,
+    report: bool = True,
+    processes: int = 1,
+    progress: bool | Observer | None = None,
+    **changes: Unpack[ScenarioChanges],
+) -> Outcome:
+    """Returns what a run of a scenario left behind: its recording and its figures; files only where `out` is given.
 
     Args:
-        scenario: a loaded scenario, a scenario file, or the name of a bundled scenario.
+        scenario: a bundled name, a scenario file, a YAML text, a recording, or a loaded scenario.
+        seed: of everything random, in place of the scenario's.
+        out: a folder for recording, summary, figures, film and report, as `nhtrack run` writes them.
+        overwrite: allow a folder that has files in it.
+        figures: whether to draw figures; this and what follows are of the folder.
+        pdf: whether to draw them for print.
+        video: whether to make the film.
+        report: whether to write the report.
+        processes: how many draw the film; a script that asks for more than one needs `if __name__ == "__main__":`.
+        progress: whether to show how far it is, or a function of a stage, the work done and the whole of it; by
+            default in terminals and notebooks.
+        **changes: `law`, `robot`, `duration`, `backend` and `set`, see `nhtrack.config.changes.ScenarioChanges`.
 
     Raises:
-        ScenarioError: everything wrong with the file.
-        SimulationDiverged: the run left the region where its numbers mean anything.
+        ScenarioError: everything wrong with the scenario and its changes.
+        OutputError: the folder has files in it, or cannot be written to; nothing is run.
+        DivergedError: the run left the region where its numbers mean anything; it has the outcome until then.
     """
-    outcome = simulate(scenario if isinstance(scenario, Scenario) else load(scenario))
+    loaded = load(scenario, overrides_of(seed=seed), **changes)
+    with shown_progress(progress) as stage:
+        if out is None:
+            outcome = simulate(loaded, stage)
+        else:
+            made = {"figures": figures, "pdf": pdf, "video": video, "report": report}
+            outcome = run_scenario(loaded, Path(out), overwrite=overwrite, **made, processes=processes, stage=stage)
     if outcome.failure is not None:
-        raise outcome.failure
-    return outcome.recording
+        raise DivergedError(outcome)
+    return outcome
 
 
 @np.errstate(over="ignore", invalid="ignore")  # a twin that diverges leaves numbers too large to square
@@ -131,9 +128,9 @@ def simulate(scenario: Scenario, stage: Stage | None = None, folder: Path | None
         simulation = MujocoSimulation(scene, experiment.dt, threads=threads, spec=experiment.scene)
         main = _roll(simulation, experiment, stage, "MuJoCo", folder)
     recording = _recording(scenario, experiment, drive, main, twin, scene)
-    told = [*warnings(scenario, experiment, twin, drive), *sentences(find_events(recording))]
-    figures = summary(recording) | {"warnings": told}
-    return Outcome(recording, figures, main.failure)
+    events = find_events(recording)
+    told = [*warnings(scenario, experiment, twin, drive), *sentences(events)]
+    return Outcome(recording, summary(recording, events) | {"warnings": told}, main.failure, events)
 
 
 def run_scenario(
@@ -151,8 +148,8 @@ def run_scenario(
     """Runs a scenario and writes its results into a folder.
 
     `recording.nc` and `summary.json` always, `figures/`, `video.mp4` and, last of all, `report.html` unless told
-    otherwise. A run that diverges or is interrupted keeps what it recorded; figures and a report are made of it, no
-    film.
+    otherwise. A run that diverges keeps what it recorded; figures and a report are made of it, no film. Of one that is
+    interrupted there are recording and summary only: who interrupts does not want to wait.
 
     Args:
         scenario: what to run.
@@ -173,8 +170,10 @@ def run_scenario(
     clear(folder)
     files = [outcome.recording.save(folder / "recording.nc"), save_json(folder / "summary.json", outcome.summary)]
     skipped: list[str] = []
+    if outcome.recording.outcome == "interrupted":
+        figures = report = False
     if figures:
-        drawn, reason = _figures(outcome.recording, folder, pdf=pdf)
+        drawn, reason = save_run_figures(outcome, folder, pdf=pdf)
         files += drawn
         skipped += reason
     if video and outcome.recording.outcome == "completed":
@@ -182,14 +181,14 @@ def run_scenario(
         files += film
         skipped += reason
     if report:
-        files.append(_report(outcome, folder, skipped))
+        files.append(write_run_report(outcome, folder, skipped))
     return replace(outcome, folder=folder, files=tuple(files), skipped=tuple(skipped))
 
 
 def warnings(scenario: Scenario, experiment: Experiment, twin: Rollout, drive: DiffDrive) -> tuple[str, ...]:
     """Returns what the gains and the ideal run say will go wrong on wheels, in sentences."""
     found = experiment.law.warnings()
-    interpreted = experiment.law.kind.entry.interpreted
+    interpreted = entry_of(experiment.law.kind).interpreted
     if interpreted is not None:
         found = (*found, f"law {scenario.law.name!r} {runs_as_python(interpreted)}")
     if scenario.backend == "ideal":
@@ -270,49 +269,5 @@ def versions() -> Mapping[str, str]:
     """Returns the versions of Python, of the package and of the libraries that move its numbers."""
     import importlib.metadata
 
-    return {"python": platform.python_version()} | {name: importlib.metadata.version(name) for name in _VERSIONED}
-
-
-def _figures(recording: Recording, folder: Path, *, pdf: bool) -> tuple[list[Path], list[str]]:
-    """Returns the figures, or the reason why there are none: a run gone wild has numbers that no axis can show."""
-    from nhtrack.plots import save_figures
-
-    try:
-        return save_figures(recording, folder / "figures", pdf=pdf), []
-    except (ValueError, OverflowError) as error:
-        return [], [f"no figures: {error}"]
-
-
-def _report(outcome: Outcome, folder: Path, skipped: list[str]) -> Path:
-    """Returns the report of a run, with the film in it if the folder has one."""
-    from nhtrack.config.documentation import json_schema
-    from nhtrack.studies.run.report import Extras, write
-
-    film, mark = folder / "video.mp4", "no video: "
-    reasons = [reason.removeprefix(mark) for reason in skipped if reason.startswith(mark)]
-    if outcome.recording.outcome != "completed":
-        reasons.append("the run did not complete")
-    reason = next(iter(reasons), "none was asked for")
-    extras = Extras(film if film.exists() else None, reason, json_schema())
-    return write(outcome.recording, outcome.summary, folder / "report.html", extras)
-
-
-def make_film(
-    recording: Recording, wanted: Video, path: Path, stage: Stage | None = None, processes: int = 1
-) -> tuple[list[Path], list[str]]:
-    """Returns the film, or the reason why there is none: a machine without GL still gets its numbers.
-
-    Args:
-        recording: what to film.
-        wanted: how.
-        path: file to write, ending in .mp4.
-        stage: see `simulate`.
-        processes: how many draw it.
-    """
-    from nhtrack.video import render
-
-    progress = stage("video") if stage is not None else None
-    try:
-        return [render(recording, path, **wanted.model_dump(), processes=processes, progress=progress)], []
-    except RenderError as error:
-        return [], [f"no video: {error}"]
+    names = (*_VERSIONED, *(["dm-control"] if has_dm_control() else []))
+    return {"python": platform.python_version()} | {name: importlib.metadata.version(name) for name in names}

@@ -1,93 +1,115 @@
-"""What a run prints: tables of its figures, warnings, and where its files are."""
+"""What a run shows: tables of its figures, warnings, and where its files are."""
 
 from __future__ import annotations
 
 import math
 from typing import TYPE_CHECKING, Any
 
-from nhtrack.terminal.screen import escape, make_table, show_metres, show_quantity, show_share
+from nhtrack.presentation.result_table import ResultTable, TableRow
+from nhtrack.presentation.shown import settled_note
+from nhtrack.settling import SettlingLimits
+from nhtrack.terminal.screen import escape, print_line, rich_table, show_metres, show_quantity, show_share
 
 if TYPE_CHECKING:
     from rich.console import Console
-    from rich.table import Table
 
-    from nhtrack.studies.run.run import Outcome
+    from nhtrack.studies.run.result import Outcome
 
 _ROWS = 12  # of a table: more would push what matters off the screen
 
 
 def print_outcome(outcome: Outcome, console: Console) -> None:
     """Prints the figures of a run, its warnings, and where its files are."""
-    console.print(_followers_table(outcome.summary))
-    console.print(_robots_table(outcome.summary))
-    if outcome.summary["events"]:
-        console.print(_events_table(outcome.summary["events"]))
-    for warning in outcome.summary.get("warnings", ()):
-        console.print(f"[yellow]warning:[/] {escape(warning)}", highlight=False, soft_wrap=True)
+    for table in run_tables(outcome.summary):
+        console.print(rich_table(table))
+    for warning in outcome.warnings:
+        print_line(console, f"[yellow]warning:[/] {escape(warning)}")
     for reason in outcome.skipped:
-        console.print(f"[yellow]left out:[/] {escape(reason)}", highlight=False, soft_wrap=True)
+        print_line(console, f"[yellow]left out:[/] {escape(reason)}")
     for file in outcome.files:
         console.print(f"wrote {file}", highlight=False, soft_wrap=True, markup=False)
 
 
-def _followers_table(summary: dict[str, Any]) -> Table:
-    table = make_table(f"{summary['name']}: what each follower makes of its leader")
-    for heading in ("follower", "start", "final", "final heading", "late", "late heading", "settled"):
-        table.add_column(heading, justify="left" if heading == "follower" else "right")
-    for name, figures in _worst(table, summary["followers"], "late_position_error", "largest late errors"):
-        table.add_row(
-            name,
-            show_metres(figures["initial_position_error"]),
-            show_metres(figures["final_position_error"]),
-            show_quantity(figures["final_heading_error"], "rad"),
-            show_metres(figures["late_position_error"]),
-            show_quantity(figures["late_heading_error"], "rad"),
-            show_quantity(figures["settling_time"], "s"),
-        )
-    return table
+def run_tables(summary: dict[str, Any]) -> list[ResultTable]:
+    """Returns the tables of a run's figures: followers, robots, and events where there are any."""
+    tables = [followers_table(summary), _robots_table(summary)]
+    return tables + ([_events_table(summary["events"])] if summary["events"] else [])
 
 
-def _robots_table(summary: dict[str, Any]) -> Table:
-    table = make_table("How far wheels and ideal twin part, and what the floor had to do")
-    for heading in ("robot", "path", "gap RMS", "gap max", "friction used", "torque at limit"):
-        table.add_column(heading, justify="left" if heading == "robot" else "right")
-    for name, figures in _worst(table, summary["robots"], "peak_utilisation", "highest use of friction"):
-        table.add_row(
-            name,
-            show_metres(figures["path_length"]),
-            show_metres(figures["gap_position_rms"]),
-            show_metres(figures["gap_position_max"]),
-            show_share(figures["peak_utilisation"]),
-            show_share(figures["torque_saturation_share"]),
-        )
-    return table
+def followers_table(summary: dict[str, Any]) -> ResultTable:
+    """Returns how near each follower came to its leader; of many the worst."""
+    rows, left_out = _worst(summary["followers"], "late_position_error", "largest late errors")
+    return ResultTable(
+        f"{summary['name']}: what each follower makes of its leader",
+        ("follower", "start", "final", "final heading", "late", "late heading", "settled"),
+        tuple(
+            TableRow(
+                (
+                    name,
+                    show_metres(figures["initial_position_error"]),
+                    show_metres(figures["final_position_error"]),
+                    show_quantity(figures["final_heading_error"], "rad"),
+                    show_metres(figures["late_position_error"]),
+                    show_quantity(figures["late_heading_error"], "rad"),
+                    show_quantity(figures["settling_time"], "s"),
+                )
+            )
+            for name, figures in rows
+        ),
+        frozenset({"follower"}),
+        notes=(settled_note(SettlingLimits(**summary["settling_limits"])), *left_out),
+    )
 
 
-def _worst(table: Table, rows: dict[str, Any], figure: str, called: str) -> list[tuple[str, Any]]:
-    """Returns the rows of a table of robots: all, or of a crowd the worst, of which the table's caption tells."""
+def _robots_table(summary: dict[str, Any]) -> ResultTable:
+    rows, left_out = _worst(summary["robots"], "peak_utilisation", "highest use of friction")
+    return ResultTable(
+        "How far wheels and ideal twin part, and what the floor had to do",
+        ("robot", "path", "gap RMS", "gap max", "friction used", "torque at limit"),
+        tuple(
+            TableRow(
+                (
+                    name,
+                    show_metres(figures["path_length"]),
+                    show_metres(figures["gap_position_rms"]),
+                    show_metres(figures["gap_position_max"]),
+                    show_share(figures["peak_utilisation"]),
+                    show_share(figures["torque_saturation_share"]),
+                )
+            )
+            for name, figures in rows
+        ),
+        frozenset({"robot"}),
+        notes=left_out,
+    )
+
+
+def _worst(rows: dict[str, Any], figure: str, called: str) -> tuple[list[tuple[str, Any]], tuple[str, ...]]:
+    """Returns the rows of a table of robots, all or of a crowd the worst, and the note that tells of it."""
     if len(rows) <= _ROWS:
-        return list(rows.items())
+        return list(rows.items()), ()
     worst = sorted(rows.items(), key=lambda row: math.inf if row[1][figure] is None else row[1][figure], reverse=True)
-    table.caption, table.caption_justify = f"the {called} of {len(rows)}; all are in summary.json", "left"
-    return worst[:_ROWS]
+    return worst[:_ROWS], (f"the {called} of {len(rows)}; all are in summary.json",)
 
 
-def _events_table(events: list[dict[str, Any]]) -> Table:
-    table = make_table("What went wrong on wheels")
-    for heading in ("event", "robot", "wheel", "from", "to", "how bad"):
-        table.add_column(heading, justify="right" if heading in ("from", "to") else "left")
-    for event in events[:_ROWS]:
-        table.add_row(
-            event["kind"],
-            escape(event["robot"]),
-            event["wheel"] or "-",
-            f"{event['start']:.2f} s",
-            f"{event['end']:.2f} s",
-            f"{event['measure']} {_how_bad(event)}",
+def _events_table(events: list[dict[str, Any]]) -> ResultTable:
+    rows = tuple(
+        TableRow(
+            (
+                event["kind"],
+                event["robot"],
+                event["wheel"] or "-",
+                f"{event['start']:.2f} s",
+                f"{event['end']:.2f} s",
+                f"{event['measure']} {_how_bad(event)}",
+            )
         )
-    if len(events) > _ROWS:
-        table.caption, table.caption_justify = f"and {len(events) - _ROWS} more in summary.json", "left"
-    return table
+        for event in events[:_ROWS]
+    )
+    more = (f"and {len(events) - _ROWS} more in summary.json",) if len(events) > _ROWS else ()
+    headings = ("event", "robot", "wheel", "from", "to", "how bad")
+    words = frozenset({"event", "robot", "wheel", "how bad"})
+    return ResultTable("What went wrong on wheels", headings, rows, words, notes=more)
 
 
 def _how_bad(event: dict[str, Any]) -> str:

@@ -3,26 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
-from nhtrack.terminal.app import app, fail
+from nhtrack.terminal.app import app
 from nhtrack.terminal.options import Changes, load_scenario
-from nhtrack.terminal.screen import (
-    escape,
-    make_table,
-    print_how_laws_run,
-    progress_bars,
-    screen,
-    show_quantity,
-    show_share,
-)
-
-if TYPE_CHECKING:
-    from rich.console import Console
-
-    from nhtrack.studies.tune.run import Tuning
+from nhtrack.terminal.screen import print_how_laws_run, screen
 
 
 @app.command()
@@ -49,15 +36,17 @@ def tune(
     except ObjectiveError as error:
         raise typer.BadParameter(str(error), param_hint="--objective") from None
     target = _target(scenario, write, out, force)
-    loaded = load_scenario(scenario, list(changes or []))
+    overrides = list(changes or [])
+    loaded = load_scenario(scenario, overrides)
     print_how_laws_run([loaded.law])
     from nhtrack.studies.tune.run import tune as study
+    from nhtrack.studies.tune.save import save_gains
+    from nhtrack.studies.tune.tables import print_tuning
 
-    with progress_bars() as stage:
-        found = study(loaded, wanted, budget, seed, stage, below_bound=below_bound)
-    _print_tuning(found, screen())
+    found = study(loaded, wanted, budget, seed, below_bound=below_bound, progress=True)
+    print_tuning(found, screen())
     if target is not None:
-        _save(found, scenario, target, list(changes or []))
+        save_gains(found, scenario, target, overrides)
         typer.echo(f"wrote {target}")
 
 
@@ -69,47 +58,8 @@ def _target(scenario: str, write: bool, out: Path | None, force: bool) -> Path |
         raise typer.BadParameter("a recording is not a file of gains; tune its scenario file", param_hint="--write")
     if out is None and not Path(scenario).is_file():
         raise typer.BadParameter(f"{scenario} is not a file; --out writes a copy", param_hint="--write")
-    if out is not None and out.exists() and not force:
-        fail(f"error: {out} exists; choose another --out, or --force to replace it")
+    if out is not None:
+        from nhtrack.studies.tune.save import refuse_existing
+
+        refuse_existing(scenario, out, force)
     return out or Path(scenario)
-
-
-def _save(found: Tuning, scenario: str, target: Path, changes: list[str]) -> None:
-    """Writes the scenario file with the gains, and above its law how they were found."""
-    from nhtrack.assets import find_scenario
-    from nhtrack.config.edit import save_law_gains
-    from nhtrack.experiment.load import LOADER
-
-    source = Path(scenario) if Path(scenario).is_file() else find_scenario(scenario)
-    account = found.account + (f", with {' '.join(changes)}" if changes else "")
-    save_law_gains(source, target, found.gains, "nhtrack tune:", [f"{account};", found.leaves], LOADER)
-
-
-def _print_tuning(found: Tuning, console: Console) -> None:
-    """Prints the gains and what they leave, before and after, and the search in a line."""
-    table = make_table(f"{found.scenario.name}: gains of the {found.scenario.law.name} law")
-    for heading in ("", "before", "found"):
-        table.add_column(heading, justify="right" if heading else "left")
-    for name, gain in found.gains.items():
-        table.add_row(name, f"{found.gains_before[name]:g}", f"{gain:g}")
-    before, after = found.figures_before, found.figures
-    table.add_section()
-    for meaning, old, new, show in (
-        ("late error / path", before.late_position, after.late_position, show_share),
-        ("late heading error", before.late_heading, after.late_heading, _radians),
-        ("settled after, of the run", before.settling, after.settling, show_share),
-        ("peak friction utilisation", before.utilisation, after.utilisation, show_share),
-        ("time scale needed, of given", before.pace, after.pace, show_share),
-        ("cost", found.cost_before, found.cost, _plain),
-    ):
-        table.add_row(meaning, show(old), show(new))
-    console.print(table)
-    console.print(escape(found.account), highlight=False, soft_wrap=True)
-
-
-def _radians(value: float) -> str:
-    return show_quantity(value, "rad")
-
-
-def _plain(value: float) -> str:
-    return show_quantity(value, "")

@@ -9,12 +9,12 @@ from typing import NamedTuple
 import numpy as np
 
 from nhtrack.analysis.demand import largest_factors, motion_of
-from nhtrack.analysis.metrics import LATE, SETTLED
 from nhtrack.arrays import Array
 from nhtrack.errors import NhtrackError, did_you_mean
 from nhtrack.experiment.loop import Rollout
 from nhtrack.ground import Ground
 from nhtrack.robots.diff_drive import DiffDrive
+from nhtrack.settling import SettlingLimits, first_late_row, settling_rows
 
 # One unit of cost: what a good run leaves. Position errors are shares of the leader's path.
 _POSITION, _HEADING, _SETTLING, _UTILISATION = 0.01, 0.1, 0.1, 0.1
@@ -58,11 +58,14 @@ class RunFigures(NamedTuple):
     pace: float
 
 
-def figures_of(run: Rollout, bodies: list[int], drive: DiffDrive, ground: Ground, margin: float) -> Figures:
+def figures_of(
+    run: Rollout, limits: SettlingLimits, bodies: list[int], drive: DiffDrive, ground: Ground, margin: float
+) -> Figures:
     """Returns the figures of a batch of runs on the ideal model.
 
     Args:
         run: with a batch shape (b,).
+        limits: within which a follower has settled.
         bodies: indices of the robots that have wheels.
         drive: their reduced model.
         ground: what they stand on.
@@ -72,10 +75,8 @@ def figures_of(run: Rollout, bodies: list[int], drive: DiffDrive, ground: Ground
     distance, heading = np.hypot(error[..., 0], error[..., 1]), np.abs(error[..., 2])
     steps = np.diff(run.variables["pose"][:, :, 0, :2], axis=0)
     path = np.hypot(steps[..., 0], steps[..., 1]).sum(axis=0)
-    late = int(np.searchsorted(run.time, (1 - LATE) * run.time[-1]))
-    outside = distance > SETTLED * distance.max(axis=0)
-    last_outside = np.where(outside.any(axis=0), len(distance) - outside[::-1].argmax(axis=0), 0)
-    settled = np.where(last_outside <= late, last_outside / len(distance), 1.0)
+    late, rows = first_late_row(run.time), settling_rows(limits, distance, heading)
+    settled = np.where(rows <= late, rows / len(distance), 1.0)
     utilisation, pace = np.zeros(len(path)), np.zeros(len(path))
     for robot in bodies:  # one at a time: these are the largest arrays of a search
         motion = motion_of(run, robot)

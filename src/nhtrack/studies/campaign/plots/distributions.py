@@ -15,7 +15,18 @@ from matplotlib.ticker import LogLocator
 
 from nhtrack.colours import FOLLOWERS, ROOT
 from nhtrack.plots.style import panel_title, plain, styled
-from nhtrack.studies.campaign.plots.pieces import LONE, QUIET, grid, legend, letter, line, name_outer, names, title
+from nhtrack.studies.campaign.plots.pieces import (
+    LONE,
+    QUIET,
+    grid,
+    legend,
+    letter,
+    line,
+    name_outer,
+    names,
+    settled_within,
+    title,
+)
 
 _CURVE_POINTS = 500  # of a distribution; more could not be seen
 _LEAST, _MOST = 1e-12, 1e3  # late errors [m], [rad] beyond these are drawn at them
@@ -24,16 +35,17 @@ _CRITERION: dict[str, Any] = {"linewidth": 0.9, "linestyle": (0, (1, 1.5)), "zor
 
 
 @styled
-def settling(starts: pd.DataFrame) -> Figure:
+def settling(starts: pd.DataFrame, cells: pd.DataFrame) -> Figure:
     """Returns the share of starts that have settled by a time, a panel a family, a curve a law.
 
     A curve ends at the share that converges; a dot stands where the last of them has settled.
 
     Args:
-        starts: rows of runs with `law`, `family`, `converged` and `settling_time` [s].
+        starts: rows of runs with `law`, `family` and `settling_time` [s], NaN where a follower did not settle.
+        cells: within which errors it has, `position_limit` [m] and `heading_limit` [rad].
     """
     laws, families = names(starts, "law"), names(starts, "family")
-    times = starts["settling_time"].where(starts["converged"])  # others may be near at the very end by chance
+    times = starts["settling_time"]
     larger = LONE if len(families) == 1 else 1.0
     figure, panels = grid(len(families), 2.1 * larger, 1.75 * larger, sharey=True)
     last = 5.0 * max(1, math.ceil(1.02 * np.nan_to_num(times.max()) / 5.0))
@@ -50,7 +62,7 @@ def settling(starts: pd.DataFrame) -> Figure:
     name_outer(panels, "time [s]", "settled [%]")
     title(figure, "Starts that have settled by a time")
     curves = [Line2D([], [], label=plain(law), **line(place)) for place, law in enumerate(laws)]
-    legend(figure, curves, handlelength=2.6)
+    legend(figure, curves, f"settled: {settled_within(cells)}", handlelength=2.6)
     return figure
 
 

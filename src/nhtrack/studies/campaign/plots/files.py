@@ -33,15 +33,16 @@ def save_campaign_figures(
     Returns:
         The files, PNG before PDF.
     """
-    figures = {"share_map": share_map(cells), "settling": settling(starts), "late_errors": late_errors(starts, cells)}
-    for law, name in _file_names(names(starts, "law")).items():
+    figures = {"share_map": share_map(cells)}
+    figures |= {"settling": settling(starts, cells), "late_errors": late_errors(starts, cells)}
+    for law, name in file_names(names(starts, "law")).items():
         own = cells[cells["law"] == law]
         worst = {str(family): int(start) for family, start in zip(own["family"], own["worst_start"], strict=True)}
-        figures[f"start_map_{name}"] = start_map(starts, law, worst)
+        figures[f"start_map_{name}"] = start_map(starts, cells, law, worst)
     return [path for name, figure in figures.items() for path in save_figure(figure, folder / name, pdf=pdf)]
 
 
-def _file_names(labels: Sequence[str]) -> dict[str, str]:
+def file_names(labels: Sequence[str]) -> dict[str, str]:
     """Returns a name for a file for every label; those that would be the same are numbered."""
     chosen: dict[str, str] = {}
     for label in labels:

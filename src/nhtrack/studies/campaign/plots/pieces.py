@@ -12,6 +12,8 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from nhtrack.colours import FOLLOWERS, INK, ROOT
+from nhtrack.presentation.shown import within
+from nhtrack.settling import SettlingLimits
 
 # One hue from light to dark: the order survives colour blindness and a grey print.
 SHADES = LinearSegmentedColormap.from_list("share", ["#F3F7FA", "#A9CDE5", "#3E8FC4", "#005A9C", "#00325C"])
@@ -44,6 +46,12 @@ def grouped(number: int) -> str:
 def title(figure: Figure, text: str) -> None:
     """Writes a figure's title."""
     figure.suptitle(text, x=0.01, ha="left", fontsize=11.0, fontweight="bold", color=INK)
+
+
+def settled_within(cells: pd.DataFrame) -> str:
+    """Returns what has settled, from the columns `position_limit` [m] and `heading_limit` [rad] of cells."""
+    limits = sorted({SettlingLimits(row.position_limit, row.heading_limit) for row in cells.itertuples()})
+    return f"stays {' or '.join(within(each) for each in limits)} of its place until the end"
 
 
 def grid(
@@ -91,11 +99,21 @@ def line(place: int) -> dict[str, Any]:
     return {"color": colour, "linestyle": dashes, "linewidth": 1.5, "zorder": 3 + 0.01 * place}
 
 
-def legend(figure: Figure, entries: Sequence[Line2D], **look: Any) -> None:
-    """Writes a legend below a figure, in one row or, where the figure is narrow, in several, for which it grows."""
+def legend(figure: Figure, entries: Sequence[Line2D], note: str = "", **look: Any) -> None:
+    """Writes a legend below a figure, in one row or, where the figure is narrow, in several, for which it grows.
+
+    Args:
+        figure: of the campaign.
+        entries: of the legend.
+        note: what to say above them.
+        **look: of the legend.
+    """
     widths = [0.65 + 0.065 * len(str(entry.get_label())) for entry in entries]  # [in] about
     room = figure.get_figwidth()
     columns = len(entries) if sum(widths) <= room else max(1, int(room / max(widths)))
     rows = -(-len(entries) // columns)
-    figure.set_figheight(figure.get_figheight() + 0.18 * (rows - 1))
-    figure.legend(handles=list(entries), loc="outside lower center", ncols=columns, **look)
+    figure.set_figheight(figure.get_figheight() + 0.18 * (rows - 1 + bool(note)))
+    if note:
+        look |= {"title": note, "title_fontsize": 7.5, "alignment": "left"}
+    found = figure.legend(handles=list(entries), loc="outside lower center", ncols=columns, **look)
+    found.get_title().set_color(QUIET)

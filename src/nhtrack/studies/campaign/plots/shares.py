@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 
 from nhtrack.colours import INK
 from nhtrack.plots.style import plain, styled
-from nhtrack.studies.campaign.plots.pieces import QUIET, SHADES, grouped, names, title
+from nhtrack.studies.campaign.plots.pieces import QUIET, SHADES, grouped, names, settled_within, title
 
 _DARK = 0.595  # share of which white and black letters are equally readable
 _BLANK = "#ECECEC"  # a cell that was not measured
@@ -104,6 +104,4 @@ def _criterion(cells: pd.DataFrame) -> str:
     backends = " and ".join(_BACKENDS.get(name, name) for name in names(cells, "backend"))
     least, most = int(cells["starts"].min()), int(cells["starts"].max())
     count = grouped(most) if least == most else f"{grouped(least)} to {grouped(most)}"
-    limits = sorted({(row.position_limit, row.heading_limit) for row in cells.itertuples()})
-    within = " or ".join(f"{position:g} m and {heading:g} rad" for position, heading in limits)
-    return f"{backends}, {count} starts a cell; converged: stays within {within}; in brackets: 95 % interval (Wilson)"
+    return f"{backends}, {count} starts a cell; converged: {settled_within(cells)}; in brackets: 95 % interval (Wilson)"

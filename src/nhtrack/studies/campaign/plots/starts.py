@@ -32,6 +32,7 @@ from nhtrack.studies.campaign.plots.pieces import (
     letter,
     name_outer,
     names,
+    settled_within,
     title,
 )
 
@@ -45,7 +46,9 @@ _HEXAGON = np.stack([np.cos(np.arange(6) * np.pi / 3), np.sin(np.arange(6) * np.
 
 
 @styled
-def start_map(starts: pd.DataFrame, law: str, worst: Mapping[str, int] | None = None) -> Figure:
+def start_map(
+    starts: pd.DataFrame, cells: pd.DataFrame, law: str, worst: Mapping[str, int] | None = None
+) -> Figure:
     """Returns where the followers of a law began and how long they took, a panel a family.
 
     A start is a dart at its place along its heading, or where there are very many a dot; the leader begins at the
@@ -55,6 +58,7 @@ def start_map(starts: pd.DataFrame, law: str, worst: Mapping[str, int] | None = 
     Args:
         starts: rows of runs with `law`, `family`, `start`, `x` [m], `y` [m], `theta` [rad], `converged`, `lost` and
             `settling_time` [s].
+        cells: what converges, `position_limit` [m] and `heading_limit` [rad].
         law: label of the law that is shown.
         worst: families' starts (values of `start`) that are ringed and numbered.
 
@@ -79,9 +83,9 @@ def start_map(starts: pd.DataFrame, law: str, worst: Mapping[str, int] | None = 
         _write_count(axes, own)
     name_outer(panels, "$x$ [m]", "$y$ [m]")
     if scale is not None:
-        _time_bar(figure, panels, scale, runs.loc[runs["converged"], "settling_time"])
+        _time_bar(figure, panels, scale, runs["settling_time"].dropna())
     title(figure, f"{plain(law)}: starts and settling times")
-    _start_legend(figure, runs, scale, ringed=bool(worst))
+    _start_legend(figure, runs, f"converges: {settled_within(cells)}", scale, ringed=bool(worst))
     return figure
 
 
@@ -97,7 +101,7 @@ def _time_scale(runs: pd.DataFrame) -> Normalize | None:
 
     Neither a few stragglers nor the few that start in their place stretch it.
     """
-    times = runs.loc[runs["converged"], "settling_time"]
+    times = runs["settling_time"].dropna()
     if times.empty:
         return None
     low, high = times.quantile([0.05, 0.99])
@@ -191,7 +195,7 @@ def _time_bar(figure: Figure, panels: Sequence[Axes], scale: Normalize, times: p
     bar.ax.grid(False)
 
 
-def _start_legend(figure: Figure, runs: pd.DataFrame, scale: Normalize | None, *, ringed: bool) -> None:
+def _start_legend(figure: Figure, runs: pd.DataFrame, note: str, scale: Normalize | None, *, ringed: bool) -> None:
     """Says below the panels what darts and rings are, as far as there are any."""
     look: dict[str, Any] = {"marker": ">", "markersize": 7, "linestyle": "none", "markeredgecolor": "white"}
     entries = [Line2D([], [], label="leader", **look | {"markerfacecolor": "white", "markeredgecolor": INK})]
@@ -204,4 +208,4 @@ def _start_legend(figure: Figure, runs: pd.DataFrame, scale: Normalize | None, *
     if ringed:
         ring = {"marker": "o", "markersize": 10, "markerfacecolor": "none", "markeredgecolor": INK}
         entries.append(Line2D([], [], label="the worst, with its number", **look | ring))
-    legend(figure, entries)
+    legend(figure, entries, note)

@@ -1,0 +1,76 @@
+"""Temporary folders that go with the process that made them.
+
+A process that is killed removes nothing, so who works in a place removes first what those left there that are gone.
+Each folder holds a file that its process keeps locked (`flock`): the system unlocks it when the process ends, in
+whatever way and on whatever machine shares the disk, which a process number would not tell. Where files cannot be
+locked nothing is removed.
+"""
+
+from __future__ import annotations
+
+import fcntl
+import os
+import shutil
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+__all__ = ["remove_abandoned", "temporary_folder"]
+
+_PREFIX, _LOCK = ".nhtrack-", "lock"
+
+
+@contextmanager
+def temporary_folder(parent: Path) -> Iterator[Path]:
+    """Yields a hidden folder inside another, which is removed at the end, after those of processes that are gone."""
+    remove_abandoned(parent)
+    folder, lock = _made(parent)
+    try:
+        yield folder
+    finally:
+        shutil.rmtree(folder, ignore_errors=True)
+        if lock is not None:
+            os.close(lock)
+
+
+def remove_abandoned(parent: Path) -> None:
+    """Removes the temporary folders in a folder whose processes are gone."""
+    for folder in parent.glob(f"{_PREFIX}*"):
+        try:
+            lock = _locked(folder)
+        except OSError:  # its process works still, or nobody can tell
+            continue
+        shutil.rmtree(folder, ignore_errors=True)
+        os.close(lock)
+
+
+def _made(parent: Path) -> tuple[Path, int | None]:
+    """Returns a new folder and its lock, or None where files cannot be locked."""
+    while True:
+        folder = Path(tempfile.mkdtemp(dir=parent, prefix=_PREFIX))
+        try:
+            return folder, _locked(folder)
+        except (BlockingIOError, FileNotFoundError):  # another took it for abandoned before it was locked
+            continue
+        except OSError:
+            return folder, None
+
+
+def _locked(folder: Path) -> int:
+    """Returns the lock of a folder, held until it is closed.
+
+    Raises:
+        BlockingIOError: another holds it.
+        OSError: the folder is gone, or files cannot be locked here.
+    """
+    path = folder / _LOCK
+    lock = os.open(path, os.O_RDWR | os.O_CREAT, 0o600)
+    try:
+        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        if not os.path.samestat(os.fstat(lock), path.stat()):
+            raise FileNotFoundError(path)
+    except OSError:
+        os.close(lock)
+        raise
+    return lock

@@ -1,0 +1,50 @@
+"""Reads MJCF, edits it and hangs one into another: with dm_control, or without it where it cannot be installed.
+
+dm_control asks for labmaze, which has no wheels beyond Python 3.12. There `nhtrack.mjcf.plain` takes its place: the few
+operations of `dm_control.mjcf` that scenes are composed with, which give the same compiled models.
+"""
+
+from __future__ import annotations
+
+import os
+from importlib.util import find_spec
+from typing import TYPE_CHECKING, cast
+
+from nhtrack.mjcf import plain
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+__all__ = ["from_path", "has_dm_control"]
+
+
+def has_dm_control() -> bool:
+    """Returns whether dm_control is installed, so that it reads and edits MJCF."""
+    return find_spec("dm_control") is not None
+
+
+def from_path(file: Path) -> plain.Element:
+    """Returns the root element of an MJCF file: dm_control's where it is installed, else that of `plain`.
+
+    Of dm_control's element only what `plain.Element` has may be used.
+
+    Args:
+        file: an MJCF file.
+
+    Raises:
+        ValueError: it is no MJCF, or has what cannot be read.
+        OSError: the file, or one that it speaks of, cannot be read.
+    """
+    if not has_dm_control():
+        return plain.from_path(file)
+    # Imported without the search for a display that its renderer would begin.
+    chosen = os.environ.get("MUJOCO_GL")
+    os.environ["MUJOCO_GL"] = "disable"
+    try:
+        from dm_control import mjcf
+    finally:
+        if chosen is None:
+            del os.environ["MUJOCO_GL"]
+        else:
+            os.environ["MUJOCO_GL"] = chosen
+    return cast("plain.Element", mjcf.from_path(str(file)))

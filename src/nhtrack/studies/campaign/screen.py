@@ -1,0 +1,58 @@
+"""What a campaign shows: a table for each law, and the command that repeats its worst run."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from nhtrack.presentation.result_table import ResultTable, TableRow
+from nhtrack.presentation.shown import within
+from nhtrack.settling import SettlingLimits
+from nhtrack.terminal.screen import rich_table, show_quantity, show_share
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from nhtrack.config.campaign import Campaign
+    from nhtrack.studies.campaign.result import CampaignResults
+
+
+def print_results(results: CampaignResults, console: Console) -> None:
+    """Prints a table for each law, and the command that repeats its worst run."""
+    for label in results.campaign.laws:
+        console.print(rich_table(law_table(results, label)))
+    console.print("The worst run of each law again:", highlight=False)
+    for path in results.worst.values():
+        console.print(f"  nhtrack run {path}", highlight=False, soft_wrap=True, markup=False)
+
+
+def law_table(results: CampaignResults, label: str) -> ResultTable:
+    """Returns how a law did against each reference; of errors, the last time of arrival and the like the largest."""
+    rows: list[dict[str, Any]] = results.cells[results.cells["law"] == label].to_dict("records")
+    return ResultTable(
+        f"{label}: {results.campaign.starts.count} starts against each reference",
+        ("reference", "converged", "late", "heading", "settled", "at last", "friction", "switches"),
+        tuple(TableRow(_cells(row), "" if row["share"] == 1 else "caution") for row in rows),
+        frozenset({"reference"}),
+        notes=(f"converged, {settled_in(results.campaign)}",),
+    )
+
+
+def settled_in(campaign: Campaign) -> str:
+    """Returns what *settled* means in a campaign, for the note of a table."""
+    arrival = campaign.arrival
+    near = within(SettlingLimits(arrival.position, arrival.heading))
+    return f"settled: {near} of its place until the end, at least over the last {arrival.last:g} s"
+
+
+def _cells(row: dict[str, Any]) -> tuple[str, ...]:
+    known = {name: None if value != value else value for name, value in row.items()}  # NaN is not equal to itself
+    return (
+        row["family"],
+        f"{row['converged']}",
+        show_quantity(known["late_position_max"], ""),
+        show_quantity(known["late_heading_max"], ""),
+        show_quantity(known["settling_median"], ""),
+        show_quantity(known["settling_max"], ""),
+        show_share(row["utilisation_max"]),
+        f"{row['switches_max']:g}",
+    )

@@ -1,0 +1,53 @@
+"""What a notebook shows of a campaign."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from nhtrack.presentation.notebook import NotebookView, drawing, html_of
+from nhtrack.presentation.numbers import grouped
+from nhtrack.presentation.result_table import ResultTable, TableRow
+from nhtrack.studies.campaign.plots import share_map
+from nhtrack.studies.campaign.plots.shares import percent
+from nhtrack.studies.campaign.result import CampaignResults
+from nhtrack.studies.campaign.screen import settled_in
+from nhtrack.terminal.screen import show_quantity, show_share
+
+
+def campaign_html(results: CampaignResults) -> str:
+    """Returns what a notebook shows of a campaign: shares with intervals for each law and reference, and their map."""
+    campaign, runs = results.campaign, results.runs
+    shares = runs.groupby("law", sort=False)["converged"].agg(["sum", "count"])
+    laws, families = len(campaign.laws), len(campaign.family_names)
+    lead = f"{laws} laws against {families} references, {campaign.starts.count} random starts each"
+    view = NotebookView(
+        f"{campaign.name}: {grouped(len(runs))} runs",
+        lead=f"{lead}, {campaign.backend} backend; {results.folder}",
+        tiles=[(f"of starts, {law}", f"{percent(row['sum'] / row['count'])} %") for law, row in shares.iterrows()],
+        figures=[drawing(share_map(results.cells), f"{campaign.name}: shares of starts that arrive")],
+        tables=[_table(results)],
+        folded=[("The worst run of each law again", [f"nhtrack run {path}" for path in results.worst.values()])],
+    )
+    return html_of(view)
+
+
+def _table(results: CampaignResults) -> ResultTable:
+    """Returns the shares that arrive, with their Wilson intervals at 95 %, by law and reference."""
+    rows, law = list[TableRow](), ""
+    records: list[dict[str, Any]] = results.cells.to_dict("records")
+    for row in records:
+        known = {name: None if value != value else value for name, value in row.items()}  # NaN is not equal to itself
+        cells = (
+            "" if row["law"] == law else row["law"],
+            row["family"],
+            f"{row['converged']} of {row['starts']}",
+            f"{percent(row['share'])} %",
+            f"{percent(row['share_low'])} to {percent(row['share_high'])} %",
+            show_quantity(known["settling_median"], ""),
+            show_share(known["utilisation_max"]),
+        )
+        rows.append(TableRow(cells, "" if row["share"] == 1 else "caution", begins=row["law"] != law))
+        law = row["law"]
+    headings = ("law", "reference", "arrived", "share", "interval (95 %)", "median settling", "friction")
+    words, notes = frozenset({"law", "reference"}), (f"arrived, {settled_in(results.campaign)}",)
+    return ResultTable("Starts that arrive", headings, tuple(rows), words, notes=notes)

@@ -1,0 +1,77 @@
+"""What a scenario asks of its robots."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+from nhtrack.analysis.demand import Binding, Demand
+from nhtrack.config.scenario import Scenario
+from nhtrack.views import drawn_by
+
+
+@dataclass(frozen=True, repr=False)
+class Feasibility:
+    """What a scenario asks of its robots at its time scale, and the time scale that fits.
+
+    Attributes:
+        scenario: with its time scale as a number.
+        demands: see `demands`.
+        bindings: see `bindings`, with the scenario's margin.
+        fitting_time: smallest time scale that fits, or None where none does.
+        obstacle: why none does, or None.
+    """
+
+    scenario: Scenario
+    demands: tuple[Demand, ...]
+    bindings: tuple[Binding, ...]
+    fitting_time: float | None
+    obstacle: str | None = None
+
+    @property
+    def fits(self) -> bool:
+        """Whether the scenario fits as it is, with its friction margin."""
+        return all(binding.factor >= 1 for binding in self.bindings)
+
+    @property
+    def table(self) -> list[dict[str, Any]]:
+        """Rows of plain values for JSON; what is not finite becomes None.
+
+        After a robot's demands comes its `time_scale`: the scenario's as value, the smallest that fits the robot as
+        limit, when and on which wheel it is bound.
+        """
+        present = self.scenario.similarity.time_scale
+        rows = [vars(demand) for demand in self.demands]
+        for binding in self.bindings:
+            limit = present / binding.factor if binding.factor > 0 else math.inf
+            row = Demand(binding.robot, "time_scale", present, "1", limit, limit / present, binding.time, binding.wheel)
+            rows.append(vars(row))
+        order = list(dict.fromkeys(row["robot"] for row in rows))
+        rows.sort(key=lambda row: order.index(row["robot"]))
+        return [{key: _finite(value) for key, value in row.items()} for row in rows]
+
+    @property
+    def verdict(self) -> str:
+        """What the figures say, in a sentence."""
+        time, margin = self.scenario.similarity.time_scale, self.scenario.similarity.friction_margin
+        if self.fitting_time is None:
+            return f"No time scale fits: {self.obstacle}."
+        smallest = f"the smallest time scale that fits is {self.fitting_time:g}"
+        if self.fits:
+            return f"Fits at similarity.time {time:g}, with friction used to {margin:.3g} at most; {smallest}."
+        worst = min(self.bindings, key=lambda binding: binding.factor)
+        place = f"{worst.robot}'s {worst.wheel} wheel at {worst.time:.3g} s"
+        return f"Does not fit at similarity.time {time:g}: {worst.limit} of {place}; {smallest}."
+
+    def __repr__(self) -> str:
+        """Returns a one-line account."""
+        return f"Feasibility({self.scenario.name!r}: {self.verdict})"
+
+    def _repr_html_(self) -> str:
+        """Returns what a notebook shows: the verdict, and the table."""
+        return drawn_by("nhtrack.studies.feasibility.tables.feasibility_html", self)
+
+
+def _finite(value: Any) -> Any:
+    return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -1,0 +1,1 @@
+"""Say what is read from a robot's file."""

@@ -1,0 +1,64 @@
+"""What a search of gains shows: gains and what they leave, before and after, and the search in a line."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from nhtrack.presentation.result_table import ResultTable, TableRow
+from nhtrack.presentation.shown import settled_note
+from nhtrack.settling import settling_limits
+from nhtrack.terminal.screen import escape, print_line, rich_table, show_quantity, show_share
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from nhtrack.studies.tune.result import Tuning
+
+
+def print_tuning(found: Tuning, console: Console) -> None:
+    """Prints the table of a search, and the search in a line."""
+    console.print(rich_table(tuning_table(found)))
+    print_line(console, escape(found.account))
+
+
+def tuning_html(found: Tuning) -> str:
+    """Returns what a notebook shows of a search."""
+    from nhtrack.presentation.notebook import NotebookView, html_of
+
+    view = NotebookView(
+        f"{found.scenario.name}: tuning",
+        lead=f"{found.account}.",
+        tables=[tuning_table(found)],
+        notes=[f"What the gains leave: {found.leaves}."],
+    )
+    return html_of(view)
+
+
+def tuning_table(found: Tuning) -> ResultTable:
+    """Returns the gains and what they leave, before and after."""
+    before, after = found.figures_before, found.figures
+    gains = [TableRow((name, f"{found.gains_before[name]:g}", f"{gain:g}")) for name, gain in found.gains.items()]
+    figures: list[tuple[str, float, float, Callable[[float], str]]] = [
+        ("late error / path", before.late_position, after.late_position, show_share),
+        ("late heading error", before.late_heading, after.late_heading, _radians),
+        ("settled after, of the run", before.settling, after.settling, show_share),
+        ("peak friction utilisation", before.utilisation, after.utilisation, show_share),
+        ("time scale needed, of given", before.pace, after.pace, show_share),
+        ("cost", found.cost_before, found.cost, _plain),
+    ]
+    rows = [
+        TableRow((meaning, show(old), show(new)), begins=place == 0)
+        for place, (meaning, old, new, show) in enumerate(figures)
+    ]
+    title = f"{found.scenario.name}: gains of the {found.scenario.law.name} law"
+    note = settled_note(settling_limits(found.scenario.similarity.length))
+    return ResultTable(title, ("", "before", "found"), (*gains, *rows), frozenset({""}), notes=(note,))
+
+
+def _radians(value: float) -> str:
+    return show_quantity(value, "rad")
+
+
+def _plain(value: float) -> str:
+    return show_quantity(value, "")
