@@ -11,10 +11,12 @@ import pytest
 from nhtrack import gl, plots
 from nhtrack.analysis import metrics
 from nhtrack.analysis.events import Event
+from nhtrack.experiment.build import build, robot_of
 from nhtrack.experiment.load import load
 from nhtrack.files.folder import OutputError
 from nhtrack.plots import series
 from nhtrack.recording import Recording
+from nhtrack.simulation import robot_models
 from nhtrack.studies.run import run as study
 from nhtrack.studies.run.run import run_scenario, simulate
 
@@ -55,6 +57,23 @@ def test_a_folder_never_holds_the_files_of_two_runs(tmp_path: Path) -> None:
     run_scenario(load("tour/hello", IDEAL), tmp_path, overwrite=True, figures=False, video=False, report=False)
     left = {path.relative_to(tmp_path).as_posix() for path in tmp_path.rglob("*") if path.is_file()}
     assert left == {"recording.nc", "summary.json", "notes.txt"}
+
+
+@pytest.mark.slow
+def test_a_run_reads_its_robot_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Whatever asks for it: the time scale, the law's limits, the twin, the scene."""
+    read: list[str] = []
+    load_robot = robot_models.load_robot
+    monkeypatch.setattr(robot_models, "load_robot", lambda robot: read.append(robot) or load_robot(robot))
+    outcome = simulate(load("tour/universal", ["duration=2", "similarity.time=auto"]))
+    assert outcome.failure is None
+    assert read == ["nh_mini"]
+
+
+def test_a_robot_that_was_read_for_another_scenario_is_refused() -> None:
+    plain, laden = (load("tour/hello", overrides) for overrides in ([], ["physics.payload={mass: 0.1, height: 0.05}"]))
+    with pytest.raises(ValueError, match=r"robot: effects is .* when the robot was read"):
+        build(laden, robot_of(plain))
 
 
 @pytest.mark.slow

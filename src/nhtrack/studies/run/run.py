@@ -31,8 +31,8 @@ from nhtrack.recording import Recording, make_recording
 from nhtrack.recording.source import Source, load
 from nhtrack.robots.diff_drive import DiffDrive
 from nhtrack.simulation.ideal import IdealSimulation
-from nhtrack.simulation.mujoco import MujocoSimulation, stepped_scene
-from nhtrack.simulation.scene import Scene
+from nhtrack.simulation.mujoco import MujocoSimulation
+from nhtrack.simulation.scene import Scene, stepped_scene
 from nhtrack.studies.feasibility.run import with_time
 from nhtrack.studies.run.files import make_film, save_run_figures, write_run_report
 from nhtrack.studies.run.result import DivergedError, Outcome
