@@ -56,10 +56,10 @@ def test_nothing_is_imported_that_is_not_needed() -> None:
 
 
 def test_the_package_lends_its_names_when_asked() -> None:
-    assert nhtrack.load is load
     assert nhtrack.Recording is Recording
-    assert {"load", "run", "Recording", "Scenario", "__version__"} <= set(dir(nhtrack))
-    with pytest.raises(AttributeError, match="no attribute 'laod'; it has Recording, Scenario"):
+    assert set(nhtrack.__all__) <= set(dir(nhtrack))
+    assert all(getattr(nhtrack, name) is not None for name in nhtrack.__all__)
+    with pytest.raises(AttributeError, match="no attribute 'laod'; it has NhtrackError, Recording, Scenario"):
         nhtrack.laod  # noqa: B018
 
 

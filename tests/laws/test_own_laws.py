@@ -270,7 +270,7 @@ def test_a_recording_runs_again_with_the_law_it_holds(tmp_path: Path) -> None:
     path = written(tmp_path, GAINS + "    way: int = 1\n" + command())
     text = scenario("{file: mine.py, k: 3}") + "similarity: {length: 2, time: 0.5}\n"
     loaded = load_text(text, directory=tmp_path)
-    first = nhtrack.run(loaded)
+    first = nhtrack.run(loaded).recording
     assert '"gains": {"k": 6.0, "way": 1.0}' in first.dataset.attrs["law"]  # in robot units
     assert load_recorded(first, "it")[1] == ()
     for change in ("changed", "gone"):
@@ -280,7 +280,7 @@ def test_a_recording_runs_again_with_the_law_it_holds(tmp_path: Path) -> None:
             path.unlink()
         again, notes = load_recorded(first, "it")
         assert change in notes[0]
-        second = nhtrack.run(again)
+        second = nhtrack.run(again).recording
         np.testing.assert_array_equal(second["pose"], first["pose"])
         assert again.law.kind.source == loaded.law.kind.source
         assert load_recorded(second, "it")[1] == ()

@@ -51,7 +51,7 @@ def case(tmp_path: Path, *overrides: str) -> Campaign:
 
 def replayed(cell: Cell, start: int) -> Recording:
     """Returns the recording of one start, by way of the text of its scenario."""
-    return run(load_text(scenario_text(cell.scenario(start))))
+    return run(load_text(scenario_text(cell.scenario(start)))).recording
 
 
 # -- starts and references --------------------------------------------------------------------------
