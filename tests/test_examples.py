@@ -18,8 +18,8 @@ FILES = [(page, path) for page, paths in PAGES.items() for path in paths]
 # What each script prints of what it claims.
 PRINTED = {
     "quickstart": r"0\.000\d m from the leader, \d\.\de-0[78] m from the ideal twin",
-    "run_a_scenario": r"friction used: \d\d\.\d%\nthe same run: True\n.*hello\.yaml: law\.kp: expected a number, got the "
-    r"text 'much'",
+    "run_a_scenario": r"friction used: \d\d\.\d%\nthe same run: True\n.*hello\.yaml: law\.kp: expected a number, "
+    r"got the text 'much'",
     "compare_laws": r"published: \d+ mm late, .*\nsamson: .*\nkanayama: .*\n\{'k_x': ",
     "tune_gains": r"cost 3\.\d+ -> [123]\.\d+\nname='published' kp=",
     "run_a_campaign": r"universal +rest +8 +8 +0\.6755\d+ +1\.0",

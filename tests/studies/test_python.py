@@ -36,7 +36,14 @@ law: {name: published, kp: 1, kd: 2.5, ke: 0.5, k: 5}
 """
 NASTY = CASE.replace("name: case", "name: case\ndescription: '<script>alert(1)</script> & <b>'")
 LAW = Path(__file__).parents[2] / "examples/write_a_law/my_law.py"
-FEW = {"families": ["rest"], "starts.count": 4, "duration": 5, "arrival.last": 1, "tuning": None, "laws": {"samson": {"name": "samson"}}}  # fmt: skip
+FEW = {
+    "families": ["rest"],
+    "laws": {"samson": {"name": "samson"}},
+    "starts.count": 4,
+    "duration": 5,
+    "arrival.last": 1,
+    "tuning": None,
+}
 PLAIN = ("--no-video", "--no-figures", "--no-report")
 
 
