@@ -55,15 +55,3 @@ def test_links_lead_somewhere() -> None:
     root = Path(__file__).parents[2]
     for target in re.findall(r"\]\(([^)#]+)\)", README):
         assert target.startswith("http") or (root / target).exists(), target
-
-
-@pytest.mark.slow
-def test_the_python_example_runs(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    exec(block("python"), {})
-    distance, gap = (float(number) for number in re.findall(r"([\d.e-]+) m from", capsys.readouterr().out))
-    assert distance < 0.01
-    assert gap < 1e-5
-    assert (tmp_path / "hello.nc").is_file()
