@@ -234,7 +234,7 @@ def test_wheels_hold_and_go_where_the_ideal_model_goes(name: str, changes: list[
 
 
 def test_the_wedge_is_what_its_script_writes():
-    script = runpy.run_path(str(Path(__file__).parents[2] / "docs" / "generate_formation64.py"))
+    script = runpy.run_path(str(Path(__file__).parents[2] / "docs" / "_generate" / "generate_formation64.py"))
     assert assets.find_scenario("stress/formation64").read_text(encoding="utf-8") == script["scenario"]()
 
 
