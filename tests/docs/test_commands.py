@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import importlib
 import re
-import subprocess
-import sys
 from functools import cache
 from pathlib import Path
 from types import ModuleType
@@ -92,20 +90,3 @@ def test_a_tutorial_can_be_followed(page: Path, session: ModuleType, tmp_path: P
     assert figures
     for run, figure in figures:
         assert (tmp_path / "runs" / run / "figures" / f"{figure}.png").is_file()
-
-
-@pytest.mark.slow
-def test_the_site_is_built_without_a_warning_and_asks_nothing_of_the_network(tmp_path: Path) -> None:
-    command = [sys.executable, "-m", "mkdocs", "build", "--strict", "--quiet", "--site-dir", str(tmp_path / "site")]
-    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr
-    pages = sorted((tmp_path / "site").rglob("*.html"))
-    written = {page.relative_to(ROOT / "docs").with_suffix(".html") for page in ROOT.glob("docs/**/*.md")}
-    assert written <= {page.relative_to(tmp_path / "site") for page in pages}
-    for page in pages:
-        text = page.read_text(encoding="utf-8")
-        loaded = re.findall(r"<(?:script|img|iframe)[^>]* src=\"([^\"]+)|<link[^>]* href=\"([^\"]+)", text)
-        assert not [url for pair in loaded for url in pair if url.startswith(("http:", "https:", "//"))], page.name
-    styles = "".join(style.read_text(encoding="utf-8") for style in (tmp_path / "site").rglob("*.css"))
-    assert not re.findall(r"(?:@import|url\()\s*[\"']?(?:https?:)?//[^\"')]*", styles)
-    assert '"text":' in (tmp_path / "site" / "search" / "search_index.json").read_text(encoding="utf-8")
