@@ -17,6 +17,7 @@ import pytest
 
 import nhtrack.mjcf
 from nhtrack import assets
+from nhtrack.errors import RobotError
 from nhtrack.ground import Patch
 from nhtrack.mjcf import plain
 from nhtrack.mjcf.attach import REFERENCES
@@ -247,14 +248,14 @@ def test_main_classes_and_the_world_keep_their_meaning(tmp_path: Path) -> None:
 @pytest.mark.parametrize("tag", UNREADABLE)
 def test_what_makes_up_names_is_refused(tag: str, tmp_path: Path) -> None:
     (tmp_path / "robot.xml").write_text(f"<mujoco><worldbody><{tag}/></worldbody></mujoco>")
-    with pytest.raises(ValueError, match=rf"robot\.xml: cannot read <{tag}> without dm_control"):
+    with pytest.raises(RobotError, match=rf"robot\.xml: cannot read <{tag}> without dm_control"):
         plain.from_path(tmp_path / "robot.xml")
 
 
 @pytest.mark.parametrize(("text", "said"), [("<mujoco", "no XML"), ("<robot/>", "expected <mujoco>, got <robot>")])
 def test_what_is_no_mjcf_is_refused(text: str, said: str, tmp_path: Path) -> None:
     (tmp_path / "robot.xml").write_text(text)
-    with pytest.raises(ValueError, match=said):
+    with pytest.raises(RobotError, match=said):
         plain.from_path(tmp_path / "robot.xml")
 
 
@@ -273,5 +274,5 @@ def test_settings_that_contradict_each_other_are_refused(
         (tmp_path / name).write_text(f"<mujoco>{text}<worldbody/></mujoco>")
     arena = plain.from_path(tmp_path / "scene.xml")
     arena.worldbody.attach(plain.from_path(tmp_path / "robot.xml"))
-    with pytest.raises(ValueError, match=said):
+    with pytest.raises(RobotError, match=said):
         arena.to_xml_string()
