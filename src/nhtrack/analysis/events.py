@@ -19,6 +19,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from nhtrack.recording import COMPONENTS, Recording
+from nhtrack.simulation.faults import REASONS, TIPPED_OVER
 
 # Friction utilisation from which a wheel is at its limit: contact forces of a sliding wheel are within 1e-5 of 1.
 AT_LIMIT = 0.99
@@ -39,8 +40,6 @@ CUT = 0.5
 LEANING = np.radians(5.0)
 # [s] Spells closer together than this are one event: no figure shows such a break, and no robot recovers within it.
 GAP = 0.1
-
-TIPPED_OVER = "tipped over"  # reason of the `SimulationDiverged` of a robot on its side
 
 _ROUNDING = 1e-9  # [s] of times that are sums of periods
 
@@ -261,7 +260,7 @@ def _begins(time: np.ndarray) -> np.ndarray:
 def _tipping(recording: Recording) -> list[Event]:
     """Returns the event of a robot that tipped over, at the end of the period that was not recorded any more."""
     attributes = recording.dataset.attrs
-    if attributes.get("diverged_reason") != TIPPED_OVER:
+    if attributes.get("diverged_reason") != REASONS[TIPPED_OVER]:
         return []
     robot, time = str(attributes["diverged_robot"]), float(attributes["diverged_time"])
     tilt = recording["tilt"].values[:, recording.robots.index(robot)]

@@ -13,7 +13,7 @@ import numpy as np
 
 from nhtrack.compiled import call_2, compiled_inside, compiled_loop, float64_at, int32_at, put_float64, put_int32
 from nhtrack.simulation.attitude import heading_of, tilt_of
-from nhtrack.simulation.faults import COMMAND, FINE, STATE, TIPPED_OVER, WARNED
+from nhtrack.simulation.faults import COMMAND, FINE, TIPPED_OVER, WARNED, is_lost
 from nhtrack.simulation.forces import note_forces, read_forces
 from nhtrack.simulation.integrator import advance
 from nhtrack.simulation.motion import Motion, Place, Wheels, copy, fill
@@ -263,12 +263,7 @@ def _read_state(wheels: Wheels, motion: Motion, b: int, robot: int) -> None:
 
 @compiled_inside
 def _is_well(wheels: Wheels, motion: Motion, b: int) -> bool:
-    for i in range(motion.g.shape[1]):
-        for c in range(3):
-            if not (math.isfinite(motion.g[b, i, c]) and math.isfinite(motion.xi[b, i, c])):
-                _blame(motion, b, STATE, i, 0)
-                return False
-    if motion.fault[b, 0] != FINE:
+    if is_lost(motion.g[b], motion.xi[b], motion.reach[b], motion.fault[b]) or motion.fault[b, 0] != FINE:
         return False
     for robot in range(motion.qpos.shape[1]):
         if tilt_of(wheels.planar, motion.qpos[b, robot]) > TIPPED:

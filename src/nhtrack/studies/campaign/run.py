@@ -147,14 +147,14 @@ def measure(cell: Cell, starts: slice) -> pd.DataFrame:
 
 
 def _simulation(experiment: Experiment, backend: str) -> IdealSimulation | MujocoSimulation:
-    spec = experiment.scene
+    spec, size = experiment.scene, experiment.size
     if backend == "ideal":
         plant = reduced_models(spec)[1]
         return IdealSimulation(
-            experiment.network.names, plant, experiment.dt, spec.ground, virtual_root=True, keep_going=True
+            experiment.network.names, plant, experiment.dt, spec.ground, virtual_root=True, keep_going=True, size=size
         )
     batch = experiment.start.g.shape[:1]
-    return MujocoSimulation(stepped_scene(spec), experiment.dt, batch, spec=spec, keep_going=True)
+    return MujocoSimulation(stepped_scene(spec), experiment.dt, batch, spec=spec, keep_going=True, size=size)
 
 
 def _parts(cell: Cell, folder: Path) -> Iterator[Part]:

@@ -6,7 +6,8 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-from nhtrack.analysis.demand import Binding, Demand, bindings, demands, rounded_up
+from nhtrack.analysis.demand import PeakDemand, demands
+from nhtrack.analysis.speedup import Binding, bindings, rounded_up
 from nhtrack.config.checks import MOST_PERIODS
 from nhtrack.config.schema import Scenario
 from nhtrack.errors import FeasibilityError
@@ -36,7 +37,7 @@ class Feasibility:
     """
 
     scenario: Scenario
-    demands: tuple[Demand, ...]
+    demands: tuple[PeakDemand, ...]
     bindings: tuple[Binding, ...]
     fitting_time: float | None
     obstacle: str | None = None
@@ -57,8 +58,8 @@ class Feasibility:
         rows = [vars(demand) for demand in self.demands]
         for binding in self.bindings:
             limit = present / binding.factor if binding.factor > 0 else math.inf
-            row = Demand(binding.robot, "time_scale", present, "1", limit, limit / present, binding.time, binding.wheel)
-            rows.append(vars(row))
+            place = binding.time, binding.wheel
+            rows.append(vars(PeakDemand(binding.robot, "time_scale", present, "1", limit, limit / present, *place)))
         order = list(dict.fromkeys(row["robot"] for row in rows))
         rows.sort(key=lambda row: order.index(row["robot"]))
         return [{key: _finite(value) for key, value in row.items()} for row in rows]
@@ -187,7 +188,9 @@ def ideal_motion(experiment: Experiment, progress: Progress | None = None) -> tu
     Raises:
         SimulationDiverged: the law raised an exception.
     """
-    simulation = IdealSimulation(experiment.network.names, None, experiment.dt, keep_going=True)
+    simulation = IdealSimulation(
+        experiment.network.names, None, experiment.dt, keep_going=True, size=experiment.size
+    )
     run = experiment.rollout(simulation, progress)
     run.require_whole()  # a robot that runs away is lost, and no failure
     return run, bool(simulation.lost.any())

@@ -119,7 +119,9 @@ def simulate(scenario: Scenario, stage: Stage | None = None, folder: Path | None
     experiment = build(scenario)
     storage(_bytes(experiment), folder)  # told before anything runs
     drive = plant_of(scenario)
-    ideal = IdealSimulation(experiment.network.names, drive, experiment.dt, experiment.scene.ground)
+    ideal = IdealSimulation(
+        experiment.network.names, drive, experiment.dt, experiment.scene.ground, size=experiment.size
+    )
     twin = _roll(ideal, experiment, stage, "ideal twin", folder)
     if twin.interrupted:
         raise KeyboardInterrupt  # before the run proper began: there is nothing to keep
@@ -128,7 +130,9 @@ def simulate(scenario: Scenario, stage: Stage | None = None, folder: Path | None
     else:
         scene = stepped_scene(experiment.scene)
         threads = (os.cpu_count() or 1) if len(experiment.scene.bodies) >= _FLEET else 1
-        simulation = MujocoSimulation(scene, experiment.dt, threads=threads, spec=experiment.scene)
+        simulation = MujocoSimulation(
+            scene, experiment.dt, threads=threads, spec=experiment.scene, size=experiment.size
+        )
         main = _roll(simulation, experiment, stage, "MuJoCo", folder)
     recording = _recording(scenario, experiment, drive, main, twin, scene)
     events = find_events(recording)

@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.special import ndtri
 
-from nhtrack.analysis.demand import robots_with_wheels
+from nhtrack.analysis.motion import robots_with_wheels
 from nhtrack.arrays import Array
 from nhtrack.config.law_sections import LawSection, powers
 from nhtrack.config.schema import Scenario
@@ -311,7 +311,9 @@ class _Trial:
     def _figures(self, scenario: Scenario, batch: Array, progress: Progress) -> Figures:
         """Returns the figures of one batched rollout; NaN for the candidates that lose their robots."""
         experiment = build(_with_gains(scenario, {name: batch[:, i, None] for i, name in enumerate(self._names)}))
-        simulation = IdealSimulation(experiment.network.names, None, experiment.dt, keep_going=True)
+        simulation = IdealSimulation(
+            experiment.network.names, None, experiment.dt, keep_going=True, size=experiment.size
+        )
         run = experiment.rollout(simulation, progress, batch=(len(batch),))
         run.require_whole()  # a robot that runs away is a candidate that is lost, and no failure
         bodies = list(robots_with_wheels(experiment).values())
