@@ -76,22 +76,3 @@ def add_note(table: Table, note: str) -> None:
     """Adds a line below a table."""
     told = [table.caption, note] if isinstance(table.caption, str) else [note]
     table.caption, table.caption_justify = "\n".join(told), "left"
-
-
-def show_metres(value: float | None) -> str:
-    """Returns a length in the unit that reads best."""
-    if value is None:
-        return "-"
-    if value >= 1.0 or value == 0.0:
-        return f"{value:.3g} m"
-    return f"{1e3 * value:.3g} mm" if value >= 1e-6 else f"{value:.1e} m"
-
-
-def show_quantity(value: float | None, unit: str) -> str:
-    """Returns a number to three digits with its unit, `-` where there is none."""
-    return "-" if value is None else f"{value:.3g} {unit}".rstrip()
-
-
-def show_share(value: float | None) -> str:
-    """Returns a share in per cent, `-` where there is none."""
-    return "-" if value is None else f"{100 * value:.3g} %"

@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from nhtrack.presentation.numbers import cell
 from nhtrack.terminal.app import EXIT_INTERRUPTED, app, fail
 from nhtrack.terminal.options import Changes, Pdf
-from nhtrack.terminal.screen import make_table, print_how_laws_run, progress_bars, screen, show_quantity, show_share
+from nhtrack.terminal.screen import make_table, print_how_laws_run, progress_bars, screen
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -80,14 +81,13 @@ def _print(results: Results, console: Console) -> None:
 
 def _row(row: dict[str, Any]) -> tuple[str, ...]:
     """Returns the cells of a row; of errors, the last time of arrival, utilisation and switches the largest."""
-    known = {name: None if value != value else value for name, value in row.items()}  # NaN is not equal to itself
     return (
         row["family"],
         f"{row['converged']}",
-        show_quantity(known["late_position_max"], ""),
-        show_quantity(known["late_heading_max"], ""),
-        show_quantity(known["settling_median"], ""),
-        show_quantity(known["settling_max"], ""),
-        show_share(row["utilisation_max"]),
+        cell(row["late_position_max"], "m"),
+        cell(row["late_heading_max"], "rad"),
+        cell(row["settling_median"], "s"),
+        cell(row["settling_max"], "s"),
+        cell(row["utilisation_max"], "%"),
         f"{row['switches_max']:g}",
     )

@@ -25,7 +25,7 @@ from nhtrack.simulation.ideal import IdealSimulation
 from nhtrack.simulation.mujoco import MujocoSimulation, stepped_scene
 from nhtrack.simulation.scene import reduced_models
 from nhtrack.studies.campaign.cell import Cell
-from nhtrack.studies.campaign.outcomes import figures_of, statistics_of
+from nhtrack.studies.campaign.outcomes import outcomes_of, statistics_of
 from nhtrack.studies.campaign.tables import cells_of, rows_of, save_cells, save_runs, worst_first
 from nhtrack.studies.feasibility.run import fitting_time
 from nhtrack.studies.run.run import save_json, versions
@@ -120,13 +120,13 @@ def write_report(results: Results, folder: Path) -> Path:
         results: of `run_campaign`.
         folder: that it was run into.
     """
-    from nhtrack.studies.campaign.report import Account, write
+    from nhtrack.studies.campaign.report import Account, write_campaign_page
 
     versions_then = json.loads((folder / "campaign.json").read_text())["versions"]
     worst = {label: path.relative_to(folder).as_posix() for label, path in results.worst.items()}
     tree = results.campaign.model_dump(mode="json")
     account = Account(tree, versions_then, worst, json_schema(Campaign))
-    return write(results.runs, results.cells, account, folder / "report.html")
+    return write_campaign_page(results.runs, results.cells, account, folder / "report.html")
 
 
 def run_part(part: Part) -> None:
@@ -143,7 +143,7 @@ def measure(cell: Cell, starts: slice) -> pd.DataFrame:
     failure = experiment.record(simulation, statistics)
     if failure is not None:  # of the law itself; a robot that is lost is a figure
         raise failure
-    return rows_of(cell, starts.start, figures_of(statistics, campaign, experiment, simulation.lost))
+    return rows_of(cell, starts.start, outcomes_of(statistics, campaign, experiment, simulation.lost))
 
 
 def _simulation(experiment: Experiment, backend: str) -> IdealSimulation | MujocoSimulation:
@@ -182,7 +182,7 @@ def _claim(campaign: Campaign, folder: Path, report: Callable[[str], Progress]) 
         return _at_time(campaign, float(held["time_scale"]))
     if folder.is_dir() and any(folder.iterdir()):
         raise CampaignError(f"{folder} exists already and holds no campaign; choose another --out")
-    campaign = with_time(campaign, report("time scale"))
+    campaign = at_fitting_time(campaign, report("time scale"))
     begun = {"asked": asked, "time_scale": campaign.similarity.time_scale, "laws": _hashes(campaign)}
     save_json(account, begun | {"versions": versions()})
     return campaign
@@ -193,7 +193,7 @@ def _hashes(campaign: Campaign) -> dict[str, str]:
     return {label: law.kind.hash for label, law in campaign.laws.items() if not law.kind.built_in}
 
 
-def with_time(campaign: Campaign, progress: Progress | None = None) -> Campaign:
+def at_fitting_time(campaign: Campaign, progress: Progress | None = None) -> Campaign:
     """Returns the campaign with a number for `time: auto`: the smallest at which every family fits.
 
     Leader, here a robot as well, and probing followers run under the first law without its limits, which would let

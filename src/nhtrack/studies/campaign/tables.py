@@ -45,7 +45,7 @@ def rows_of(cell: Cell, first: int, figures: Mapping[str, Any]) -> pd.DataFrame:
     Args:
         cell: law and family.
         first: index of the first start.
-        figures: of the runs, see `nhtrack.studies.campaign.outcomes.figures_of`.
+        figures: of the runs, see `nhtrack.studies.campaign.outcomes.outcomes_of`.
     """
     count = len(figures["converged"])
     chosen = slice(first, first + count)

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, TypeAlias
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from nhtrack.execution import cores
+from nhtrack.presentation.numbers import cell, seconds
 from nhtrack.terminal.app import EXIT_DIVERGED, EXIT_INTERRUPTED, app, fail
 from nhtrack.terminal.options import Backend, Changes, Pdf, load_scenario
 from nhtrack.terminal.screen import (
@@ -17,9 +18,6 @@ from nhtrack.terminal.screen import (
     make_table,
     progress_bars,
     screen,
-    show_metres,
-    show_quantity,
-    show_share,
 )
 
 if TYPE_CHECKING:
@@ -29,8 +27,6 @@ if TYPE_CHECKING:
     from nhtrack.config.schema import Scenario
     from nhtrack.studies.compare.ranking import Standing
     from nhtrack.studies.compare.result import Comparison, Search
-
-Show: TypeAlias = Callable[[float | None], str]
 
 _WARNINGS = 12  # on the screen: more would push the tables off it
 
@@ -117,7 +113,7 @@ def _print_comparison(found: Comparison, console: Console) -> None:
     console.print(_table("Gap to the ideal twin, and what was asked of wheels", found, _ASKING))
     for label, tuning in found.tunings.items():
         gains = ", ".join(f"{name} {gain:g}" for name, gain in tuning.gains.items())
-        cost = f"cost {show_quantity(tuning.cost_before, '')} -> {show_quantity(tuning.cost, '')}"
+        cost = f"cost {cell(tuning.cost_before, '1')} -> {cell(tuning.cost, '1')}"
         _print_line(console, f"tuned: {label}: {gains} ({cost})")
     for note in found.notes:
         _print_line(console, f"note: {escape(note)}")
@@ -136,40 +132,24 @@ def _print_line(console: Console, line: str) -> None:
     console.print(line, highlight=False, soft_wrap=True)
 
 
-def _in(unit: str) -> Show:
-    return lambda value: show_quantity(value, unit)
+# What the tables show of a law, by measure.
+_TRACKING = ("late_position_error", "late_heading_error", "settling_time")
+_ASKING = ("gap_position_rms", "peak_utilisation", "torque_saturation_share", "effort_x", "effort_theta")
 
 
-# What the tables show of a law: headings and ways to show a figure, by measure.
-_TRACKING: Mapping[str, tuple[str, Show]] = {
-    "late_position_error": ("late", show_metres),
-    "late_heading_error": ("late heading", _in("rad")),
-    "settling_time": ("settled", _in("s")),
-}
-_ASKING: Mapping[str, tuple[str, Show]] = {
-    "gap_position_rms": ("gap RMS", show_metres),
-    "peak_utilisation": ("friction", show_share),
-    "torque_saturation_share": ("saturation", show_share),
-    "effort_x": ("RMS u_x", _in("m/s²")),
-    "effort_theta": ("RMS u_theta", _in("rad/s²")),
-}
-
-
-def _table(
-    title: str, found: Comparison, columns: Mapping[str, tuple[str, Show]], *, outcome: bool = False
-) -> Table:
+def _table(title: str, found: Comparison, measures: Sequence[str], *, outcome: bool = False) -> Table:
     """Returns a table with a row for each law, the best value of each column in bold, and how its run ended."""
-    from nhtrack.studies.compare.ranking import best
+    from nhtrack.studies.compare.ranking import MEASURES, best
 
     standings = found.standings
     first, table = best(standings), make_table(title)
     table.add_column("law", no_wrap=True)
-    for heading, _ in columns.values():
-        table.add_column(heading, justify="right")
+    for measure in measures:
+        table.add_column(MEASURES[measure].heading, justify="right")
     if outcome:
         table.add_column("outcome")
     for place, law in enumerate(standings):
-        cells = [(show(getattr(law, measure)), first.get(measure) == place) for measure, (_, show) in columns.items()]
+        cells = [(cell(getattr(law, each), MEASURES[each].unit), first.get(each) == place) for each in measures]
         bold = [f"[bold]{text}[/]" if is_best else text for text, is_best in cells]
         ended = [_outcome(law)] if outcome else []
         table.add_row(law.label, *bold, *ended, style=None if law.completed else "dim")
@@ -179,4 +159,4 @@ def _table(
 def _outcome(law: Standing) -> str:
     """Returns how a run ended, and when, if not as it should."""
     kind = law.outcome.split(":")[0]
-    return kind if law.completed else f"{kind} at {law.end:.3g} s"
+    return kind if law.completed else f"{kind} at {seconds(law.end)}"

@@ -11,15 +11,12 @@ from typing import TypeVar
 
 from pydantic import ValidationError
 
-from nhtrack.colours import FOLLOWERS
 from nhtrack.config.law_sections import Law, law_names, law_section
 from nhtrack.config.messages import shape_faults
 from nhtrack.config.schema import Scenario
 from nhtrack.config.section import Section
 from nhtrack.config.tree import ancestors, dotted, parse_yaml
 from nhtrack.errors import Fault, NhtrackError, ScenarioError, did_you_mean
-
-MOST_LAWS = len(FOLLOWERS)  # each has a colour of its own
 
 _QUOTES = "in a shell a mapping stands in quotes"
 
@@ -157,9 +154,6 @@ def _odd(laws: Mapping[str, Law], texts: Sequence[str], scenario: Scenario | Non
             odd.append(f"law {text!r} is the same as {same!r}; name it once")
     if scenario is not None and len(laws) == len(set(texts)) and all(law == scenario.law for law in laws.values()):
         odd.append(f"nothing to compare: {scenario.law.name!r} is the scenario's own law; name another")
-    count = len(texts) + (scenario is not None and scenario.law not in laws.values())
-    if count > MOST_LAWS:
-        odd.append(f"{count} laws, and at most {MOST_LAWS} can be told apart by their colours; name fewer")
     return odd
 
 

@@ -11,13 +11,13 @@ from typing import Any
 import numpy as np
 
 from nhtrack.config.schema import Scenario
+from nhtrack.presentation.shown import Room
 from nhtrack.recording import Recording
 from nhtrack.settling import settling_limits
 from nhtrack.studies.compare.ranking import Standing, best, standing
 from nhtrack.studies.run.run import Outcome, versions
 from nhtrack.studies.tune.objective import Objective
 from nhtrack.studies.tune.run import Tuning
-from nhtrack.video.together import Room
 
 _LEAST = 0.5  # [m] shown around a leader that stands and whose followers begin beside it
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from nhtrack.presentation.numbers import cell
 from nhtrack.terminal.app import app
 from nhtrack.terminal.options import Changes, load_scenario
 from nhtrack.terminal.screen import (
@@ -15,8 +16,6 @@ from nhtrack.terminal.screen import (
     print_how_laws_run,
     progress_bars,
     screen,
-    show_quantity,
-    show_share,
 )
 
 if TYPE_CHECKING:
@@ -56,15 +55,14 @@ def _print_feasibility(found: Feasibility, console: Console) -> None:
         table.add_column(heading, justify="left" if words else "right", no_wrap=heading == "quantity")
     robot = ""
     for row in found.table:
-        unit = "" if row["unit"] == "1" else row["unit"]
         over = (row["share"] is None and row["limit"] is not None) or (row["share"] or 0.0) > 1
         table.add_row(
             row["robot"] if row["robot"] != robot else "",
             row["quantity"].replace("_", " "),
-            show_quantity(row["value"], unit),
-            show_quantity(row["limit"], unit),
-            show_share(row["share"]),
-            show_quantity(row["time"], "s"),
+            cell(row["value"], row["unit"]),
+            cell(row["limit"], row["unit"]),
+            cell(row["share"], "%"),
+            cell(row["time"], "s"),
             row["wheel"] or "",
             style="bold red" if over else None,
         )

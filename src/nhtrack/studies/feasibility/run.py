@@ -92,7 +92,7 @@ def feasibility(scenario: Scenario, progress: Progress | None = None) -> Feasibi
     Raises:
         FeasibilityError: `time: auto` and no time scale fits, or the law does not hold the robots at this one.
     """
-    drive, auto = plant_of(scenario), scenario.similarity.time == "auto"
+    drive, auto = reduced_plant(scenario), scenario.similarity.time == "auto"
     scenario = with_time(scenario, progress)
     experiment = build(scenario)
     run, lost = ideal_motion(experiment, progress)
@@ -108,7 +108,7 @@ def feasibility(scenario: Scenario, progress: Progress | None = None) -> Feasibi
         return Feasibility(scenario, wanted, bound, None, str(error))
 
 
-def plant_of(scenario: Scenario) -> DiffDrive:
+def reduced_plant(scenario: Scenario) -> DiffDrive:
     """Returns the reduced model of a scenario's robots as they are, with what they carry and their motors' limits."""
     return reduced_models(make_scene_spec(scenario))[1]
 
@@ -134,7 +134,7 @@ def fitting_time(scenario: Scenario, progress: Progress | None = None) -> float:
     Raises:
         FeasibilityError: nothing fits, with robot, time and quantity.
     """
-    drive = plant_of(scenario)
+    drive = reduced_plant(scenario)
     per_unit = scenario.duration * scenario.control_rate  # control periods at T = 1
     floor, ceiling = rounded_up(_FEWEST_PERIODS / per_unit), MOST_PERIODS / per_unit
     time, too_small, fitted = max(_FIRST_PERIODS / per_unit, floor), 0.0, None

@@ -31,7 +31,7 @@ from nhtrack.robots.diff_drive import DiffDrive
 from nhtrack.simulation.ideal import IdealSimulation
 from nhtrack.simulation.mujoco import MujocoSimulation, stepped_scene
 from nhtrack.simulation.scene import Scene
-from nhtrack.studies.feasibility.run import plant_of, with_time
+from nhtrack.studies.feasibility.run import reduced_plant, with_time
 
 __all__ = [
     "Outcome",
@@ -41,10 +41,10 @@ __all__ = [
     "make_film",
     "run",
     "run_scenario",
+    "run_warnings",
     "save_json",
     "simulate",
     "versions",
-    "warnings",
 ]
 
 # What a stage of a run is called on the screen, and a way to report how far it is.
@@ -118,7 +118,7 @@ def simulate(scenario: Scenario, stage: Stage | None = None, folder: Path | None
         scenario = with_time(scenario, stage("time scale") if stage is not None else None)
     experiment = build(scenario)
     storage(_bytes(experiment), folder)  # told before anything runs
-    drive = plant_of(scenario)
+    drive = reduced_plant(scenario)
     ideal = IdealSimulation(
         experiment.network.names, drive, experiment.dt, experiment.scene.ground, size=experiment.size
     )
@@ -136,7 +136,7 @@ def simulate(scenario: Scenario, stage: Stage | None = None, folder: Path | None
         main = _roll(simulation, experiment, stage, "MuJoCo", folder)
     recording = _recording(scenario, experiment, drive, main, twin, scene)
     events = find_events(recording)
-    told = [*warnings(scenario, experiment, twin, drive), *sentences(events)]
+    told = [*run_warnings(scenario, experiment, twin, drive), *sentences(events)]
     return Outcome(recording, summary(recording, events) | {"warnings": told}, main.failure, events)
 
 
@@ -190,7 +190,7 @@ def run_scenario(
     return replace(outcome, folder=folder, files=tuple(files), skipped=tuple(skipped))
 
 
-def warnings(scenario: Scenario, experiment: Experiment, twin: Rollout, drive: DiffDrive) -> tuple[str, ...]:
+def run_warnings(scenario: Scenario, experiment: Experiment, twin: Rollout, drive: DiffDrive) -> tuple[str, ...]:
     """Returns what the gains and the ideal run say will go wrong on wheels, in sentences."""
     found = experiment.law.warnings()
     interpreted = experiment.law.kind.entry.interpreted
@@ -290,7 +290,7 @@ def _figures(outcome: Outcome, folder: Path, *, pdf: bool) -> tuple[list[Path], 
 def _report(outcome: Outcome, folder: Path, skipped: list[str]) -> Path:
     """Returns the report of a run, with the film in it if the folder has one."""
     from nhtrack.config.documentation import json_schema
-    from nhtrack.studies.run.report import Extras, write
+    from nhtrack.studies.run.report import Extras, write_run_page
 
     film, mark = folder / "video.mp4", "no video: "
     reasons = [reason.removeprefix(mark) for reason in skipped if reason.startswith(mark)]
@@ -298,7 +298,7 @@ def _report(outcome: Outcome, folder: Path, skipped: list[str]) -> Path:
         reasons.append("the run did not complete")
     reason = next(iter(reasons), "none was asked for")
     extras = Extras(film if film.exists() else None, reason, json_schema())
-    return write(outcome.recording, outcome.summary, folder / "report.html", extras)
+    return write_run_page(outcome.recording, outcome.summary, folder / "report.html", extras)
 
 
 def make_film(

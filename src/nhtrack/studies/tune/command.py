@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from nhtrack.presentation.numbers import cell
 from nhtrack.terminal.app import app, fail
 from nhtrack.terminal.options import Changes, load_scenario
 from nhtrack.terminal.screen import (
@@ -16,8 +17,6 @@ from nhtrack.terminal.screen import (
     print_how_laws_run,
     progress_bars,
     screen,
-    show_quantity,
-    show_share,
 )
 
 if TYPE_CHECKING:
@@ -95,26 +94,18 @@ def _print_tuning(found: Tuning, console: Console) -> None:
         table.add_row(name, f"{found.gains_before[name]:g}", f"{gain:g}")
     before, after = found.figures_before, found.figures
     table.add_section()
-    for meaning, old, new, show in (
-        ("late error / path", before.late_position, after.late_position, show_share),
-        ("late heading error", before.late_heading, after.late_heading, _radians),
-        ("settled after, of the run", before.settling, after.settling, show_share),
-        ("peak friction utilisation", before.utilisation, after.utilisation, show_share),
-        ("time scale needed, of given", before.pace, after.pace, show_share),
-        ("cost", found.cost_before, found.cost, _plain),
+    for meaning, old, new, unit in (
+        ("late error / path", before.late_position, after.late_position, "%"),
+        ("late heading error", before.late_heading, after.late_heading, "rad"),
+        ("settled after, of the run", before.settling, after.settling, "%"),
+        ("peak friction utilisation", before.utilisation, after.utilisation, "%"),
+        ("time scale needed, of given", before.pace, after.pace, "%"),
+        ("cost", found.cost_before, found.cost, "1"),
     ):
-        table.add_row(meaning, show(old), show(new))
+        table.add_row(meaning, cell(old, unit), cell(new, unit))
     from nhtrack.presentation.shown import settled_note
     from nhtrack.settling import settling_limits
 
     add_note(table, settled_note(settling_limits(found.scenario.similarity.length)))
     console.print(table)
     console.print(escape(found.account), highlight=False, soft_wrap=True)
-
-
-def _radians(value: float) -> str:
-    return show_quantity(value, "rad")
-
-
-def _plain(value: float) -> str:
-    return show_quantity(value, "")

@@ -25,11 +25,12 @@ from nhtrack.errors import NhtrackError
 from nhtrack.experiment.build import build, make_law
 from nhtrack.experiment.compile import compile_once
 from nhtrack.experiment.loop import Progress
+from nhtrack.presentation.numbers import counted
 from nhtrack.robots.diff_drive import DiffDrive
 from nhtrack.settling import settling_limits
 from nhtrack.similarity import Similarity
 from nhtrack.simulation.ideal import IdealSimulation
-from nhtrack.studies.feasibility.run import plant_of, with_time
+from nhtrack.studies.feasibility.run import reduced_plant, with_time
 from nhtrack.studies.tune.objective import Figures, Objective, RunFigures, figures_of
 
 SEARCH_PERIODS = 2000  # control periods of a search run, at most
@@ -125,9 +126,9 @@ class Tuning:
     def account(self) -> str:
         """The search in a line."""
         bound = ", gains below their bounds allowed" if self.below_bound else ""
-        count = len(self.history)
+        searched = f"{counted(self.candidates, 'candidate')} in {counted(len(self.history), 'generation')}"
         return (
-            f"objective {self.objective}, {self.candidates} candidates in {count} generation{'s' * (count > 1)}, "
+            f"objective {self.objective}, {searched}, "
             f"seed {self.seed}{bound}, friction margin {self.scenario.similarity.friction_margin:g}"
         )
 
@@ -170,7 +171,7 @@ def tune(
     compile_once(stage)
     scenario = with_time(scenario, stage("time scale") if stage is not None else None)
     box = _Box.of(scenario, seed, below_bound)
-    trial = _Trial(scenario, box.names, objective, plant_of(scenario))
+    trial = _Trial(scenario, box.names, objective, reduced_plant(scenario))
     report = stage("tuning") if stage is not None else lambda done, total: None
     found, costs, history = _search(trial, box, budget, report)
     order = np.argsort(costs, kind="stable")[:_FINALISTS]
