@@ -14,7 +14,7 @@ from nhtrack.recording import Recording
 from nhtrack.studies.compare.laws_file import load_laws
 from nhtrack.studies.compare.result import Comparison
 from nhtrack.studies.compare.run import compare
-from nhtrack.studies.run.report import Extras, write
+from nhtrack.studies.run.report import Extras, write_run_page
 from nhtrack.video.encode import write_film
 from recordings import HALF_SEPARATION, WHEEL_RADIUS, synthetic_recording
 
@@ -60,7 +60,7 @@ def whole_recording(followers: int = 1, **changes: Any) -> Recording:
 def write_report(recording: Recording, path: Path, **extras: Any) -> Path:
     """Writes the report of a recording as `nhtrack run` does."""
     told = summary(recording) | {"warnings": []}
-    return write(recording, told, path, Extras(schema=json_schema(), **extras))
+    return write_run_page(recording, told, path, Extras(schema=json_schema(), **extras))
 
 
 def write_pictures(path: Path, count: int, fps: int = 25) -> Path:

@@ -15,7 +15,7 @@ import pandas as pd
 from pages import fill, table
 
 from nhtrack.config.families import FAMILIES, RANDOM
-from nhtrack.studies.campaign.plots import percent
+from nhtrack.presentation.numbers import percent
 
 DOCS = Path(__file__).resolve().parents[1]
 PAGE = DOCS / "convergence.md"

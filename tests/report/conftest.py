@@ -12,7 +12,7 @@ from typer.testing import CliRunner
 from nhtrack.cli import app
 from nhtrack.recording import Recording
 from nhtrack.studies.fidelity.bench import Finding
-from nhtrack.studies.fidelity.report import write
+from nhtrack.studies.fidelity.report import write_fidelity_page
 from opened import Opened, Opener
 from reports import CASE, WILD, whole_recording, write_report
 
@@ -87,4 +87,5 @@ def fidelity_report(tmp_path_factory: pytest.TempPathFactory) -> Path:
         for robot, values in (("nh_mini", (0.2, 0.5, 0.1)), ("burger", (0.4, 0.3, 0.9)))
         for k, value in enumerate(values)
     ]
-    return write(rows, "nhtrack fidelity", {"nhtrack": "0"}, tmp_path_factory.mktemp("fidelity") / "report.html")
+    folder = tmp_path_factory.mktemp("fidelity")
+    return write_fidelity_page(rows, "nhtrack fidelity", {"nhtrack": "0"}, folder / "report.html")

@@ -369,9 +369,9 @@ def test_gains_are_tuned_once_and_taken_over(done: Path, tmp_path: Path, asked: 
 @pytest.mark.slow
 def test_auto_takes_the_time_that_every_family_needs(tmp_path: Path) -> None:
     auto = case(tmp_path, "similarity.time=auto", "families=[rest, stop-and-go]", "probes=3")
-    each = [campaigns.with_time(auto.model_copy(update={"families": (name,)})) for name in auto.family_names]
+    each = [campaigns.at_fitting_time(auto.model_copy(update={"families": (name,)})) for name in auto.family_names]
     times = [campaign.similarity.time_scale for campaign in each]
-    assert campaigns.with_time(auto).similarity.time_scale == max(times)
+    assert campaigns.at_fitting_time(auto).similarity.time_scale == max(times)
     assert 0.3 < min(times) < max(times) < 1.5
 
 

@@ -12,13 +12,13 @@ from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.patches import Circle, FancyArrowPatch
 
 from nhtrack.arrays import Array
-from nhtrack.colours import INK, robot_colour, wants_dark_ink
+from nhtrack.colours import INK, ink_on, robot_colour
 from nhtrack.network import generations
 from nhtrack.plots.names import spread
 from nhtrack.plots.style import COLUMN, column_styled, plain, run_title, styled
 from nhtrack.recording import Recording
 
-__all__ = ["communication", "graph", "ink_on", "left_title"]
+__all__ = ["communication", "graph", "left_title"]
 
 
 @styled
@@ -62,11 +62,6 @@ def left_title(figure: Figure, title: str) -> None:
     engine = figure.get_layout_engine()
     if isinstance(engine, ConstrainedLayoutEngine):
         engine.set(h_pad=0.09)
-
-
-def ink_on(colour: str) -> str:
-    """Returns the ink, dark or white, that is read better on a colour: that of the higher contrast (WCAG 2)."""
-    return INK if wants_dark_ink(colour) else "white"
 
 
 # The communication graph of a run -------------------------------------------------------------------------------------

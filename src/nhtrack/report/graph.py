@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 
 from markupsafe import Markup
 
-from nhtrack.colours import robot_colour, wants_dark_ink
+from nhtrack.colours import ink_on, robot_colour
 from nhtrack.network import Network
 
 _RADIUS = 14.0  # of a robot [px]
@@ -75,11 +75,6 @@ def _robot(spot: Spot, name: str, colour: str) -> Markup:
     place = spot[0], spot[1] + 4, ink_on(colour), _short(name)
     text = Markup('<text x="{:.1f}" y="{:.1f}" fill="{}">{}</text>').format(*place)
     return Markup("<g><title>{}</title>{}{}</g>").format(name, circle, text)
-
-
-def ink_on(colour: str) -> str:
-    """Returns black or white, whichever contrasts more with a colour `#RRGGBB`, by relative luminance (WCAG 2)."""
-    return "#000000" if wants_dark_ink(colour) else "#ffffff"
 
 
 def _short(name: str) -> str:

@@ -8,10 +8,10 @@ from pathlib import Path
 from typing import NamedTuple
 
 from nhtrack.laws import Limits
+from nhtrack.presentation.numbers import cell
 from nhtrack.presentation.result_table import ResultTable, TableRow
 from nhtrack.robots.diff_drive import DiffDrive
 from nhtrack.robots.diff_drive.identification import Parts
-from nhtrack.terminal.screen import show_quantity
 
 
 class Property(NamedTuple):
@@ -70,8 +70,7 @@ class Inspection:
         """A row for every number."""
         rows, part = list[TableRow](), ""
         for each in self.properties:
-            unit = "" if each.unit == "1" else each.unit
-            cells = ("" if each.part == part else each.part, each.name, show_quantity(each.value, unit), each.source)
+            cells = ("" if each.part == part else each.part, each.name, cell(each.value, each.unit), each.source)
             rows.append(TableRow(cells, begins=bool(part) and each.part != part))
             part = each.part
         headings = ("", "property", "value", "from")

@@ -14,7 +14,7 @@ from nhtrack.plots import errors, trajectories
 from nhtrack.presentation.notebook import NotebookView, PageImage, drawing, html_of, photograph
 from nhtrack.presentation.numbers import seconds
 from nhtrack.recording import Recording
-from nhtrack.report.summary_text import about, tiles, verdicts
+from nhtrack.report.summary_text import about, run_verdicts, tiles
 from nhtrack.studies.run.result import Outcome
 from nhtrack.studies.run.tables import run_tables
 
@@ -41,7 +41,7 @@ def run_html(recording: Recording, summary: dict[str, Any], events: Sequence[Eve
     """
     strip, no_strip = film_strip(recording)
     drawn, undrawn = _drawings(recording, events)
-    first, *verdict = verdicts(summary, about(recording))
+    first, *verdict = run_verdicts(summary, about(recording))
     view = NotebookView(
         recording.name,
         lead=first,
