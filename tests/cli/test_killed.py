@@ -33,7 +33,7 @@ leader:
 followers:
   - {name: follower, parents: [leader], start: {pose: [-0.3, 0, 0]}}
 law: {name: published, kp: 1, kd: 3, ke: 0.3, k: 5}
-video: {size: [64, 48], fps: 30, quality: draft}
+video: {size: [64, 64], fps: 30, quality: draft}
 """
 CAMPAIGN = """\
 name: case
