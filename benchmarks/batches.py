@@ -21,8 +21,8 @@ from nhtrack.experiment.recorder import FullRecorder, Streaming
 from nhtrack.experiment.rows import Rows
 from nhtrack.laws import law_named
 from nhtrack.network import Network
-from nhtrack.simulation.mujoco import MujocoSimulation, stepped_scene
-from nhtrack.simulation.scene import SceneSpec
+from nhtrack.simulation.mujoco import MujocoSimulation
+from nhtrack.simulation.scene import SceneSpec, stepped_scene
 from nhtrack.simulation.state import State
 
 STEP, PERIOD = 0.002, 0.02  # [s]

@@ -13,8 +13,8 @@ from nhtrack.experiment.loop import rollout
 from nhtrack.laws import Law, law_named
 from nhtrack.network import Network
 from nhtrack.simulation import engine
-from nhtrack.simulation.mujoco import MujocoSimulation, stepped_scene
-from nhtrack.simulation.scene import SceneSpec
+from nhtrack.simulation.mujoco import MujocoSimulation
+from nhtrack.simulation.scene import SceneSpec, stepped_scene
 from nhtrack.simulation.state import State
 
 PERIOD = 0.01  # [s]

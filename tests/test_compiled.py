@@ -17,7 +17,8 @@ from nhtrack.laws import LawKind, law_in
 from nhtrack.laws.address import InterpretedLawWarning
 from nhtrack.network import Network
 from nhtrack.simulation.ideal import IdealSimulation
-from nhtrack.simulation.mujoco import MujocoSimulation, stepped_scene
+from nhtrack.simulation.mujoco import MujocoSimulation
+from nhtrack.simulation.scene import stepped_scene
 from nhtrack.simulation.state import State
 from watching import ECHO
 

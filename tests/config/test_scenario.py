@@ -359,6 +359,13 @@ def test_rates_that_divide(rate: float) -> None:
     assert load_tree(tree).control_rate == rate
 
 
+def test_a_rate_that_all_but_divides_does_not() -> None:
+    """9.9995 physics steps a period: every two thousand periods one would be missing."""
+    (line,) = faults_of(MINIMAL + "control_rate: 100.005\n")
+    assert "100.005 Hz does not divide the physics rate of 1000 Hz" in line
+    assert "try 100 " in line
+
+
 def test_a_timestep_that_is_no_decimal_divides_too() -> None:
     tree = minimal_tree() | {"control_rate": 60, "physics": {"timestep": 1 / 480}}
     assert load_tree(tree).periods == 600
@@ -437,6 +444,6 @@ def test_the_reference_pages_are_current(file: str, page: Callable[[], str]) -> 
 
 @pytest.mark.parametrize("name", ["formation64", "formation1000"])
 def test_wedges_are_those_of_their_script(name: str) -> None:
-    script = runpy.run_path(str(DOCS / "generate_formation64.py"))
+    script = runpy.run_path(str(DOCS / "_generate" / "generate_formation64.py"))
     written = assets.find_scenario(f"stress/{name}").read_text(encoding="utf-8")
     assert written == script["scenario"](script["WEDGES"][name])

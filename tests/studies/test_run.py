@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -11,10 +12,12 @@ import pytest
 from nhtrack import gl, plots
 from nhtrack.analysis import metrics
 from nhtrack.analysis.events import Event
+from nhtrack.experiment.build import build, robot_of
 from nhtrack.experiment.load import load
 from nhtrack.files.folder import OutputError
 from nhtrack.plots import series
 from nhtrack.recording import Recording
+from nhtrack.simulation import robot_models
 from nhtrack.studies.run import run as study
 from nhtrack.studies.run.run import run_scenario, simulate
 
@@ -47,6 +50,21 @@ def test_a_run_that_fails_to_start_leaves_no_folder(tmp_path: Path) -> None:
     assert not (tmp_path / "results").exists()
 
 
+@pytest.mark.parametrize(("backend", "last"), [("ideal", "ideal twin"), ("mujoco", "MuJoCo")])
+def test_an_interrupted_run_keeps_recording_and_summary(backend: str, last: str, tmp_path: Path) -> None:
+    def stage(name: str) -> Callable[[int, int], None]:
+        def report(done: int, _: int) -> None:
+            if name == last and done > 8:
+                raise KeyboardInterrupt
+
+        return report
+
+    outcome = run_scenario(load("tour/hello", [f"backend={backend}"]), tmp_path, stage=stage)
+    assert outcome.recording.outcome == "interrupted"
+    assert 8 < len(outcome.recording.time) < 2401
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["recording.nc", "summary.json"]
+
+
 def test_a_folder_never_holds_the_files_of_two_runs(tmp_path: Path) -> None:
     """Old figures and film go; what is not ours stays."""
     (tmp_path / "figures").mkdir()
@@ -55,6 +73,23 @@ def test_a_folder_never_holds_the_files_of_two_runs(tmp_path: Path) -> None:
     run_scenario(load("tour/hello", IDEAL), tmp_path, overwrite=True, figures=False, video=False, report=False)
     left = {path.relative_to(tmp_path).as_posix() for path in tmp_path.rglob("*") if path.is_file()}
     assert left == {"recording.nc", "summary.json", "notes.txt"}
+
+
+@pytest.mark.slow
+def test_a_run_reads_its_robot_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Whatever asks for it: the time scale, the law's limits, the twin, the scene."""
+    read: list[str] = []
+    load_robot = robot_models.load_robot
+    monkeypatch.setattr(robot_models, "load_robot", lambda robot: read.append(robot) or load_robot(robot))
+    outcome = simulate(load("tour/universal", ["duration=2", "similarity.time=auto"]))
+    assert outcome.failure is None
+    assert read == ["nh_mini"]
+
+
+def test_a_robot_that_was_read_for_another_scenario_is_refused() -> None:
+    plain, laden = (load("tour/hello", overrides) for overrides in ([], ["physics.payload={mass: 0.1, height: 0.05}"]))
+    with pytest.raises(ValueError, match=r"robot: effects is .* when the robot was read"):
+        build(laden, robot_of(plain))
 
 
 @pytest.mark.slow

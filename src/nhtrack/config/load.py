@@ -13,12 +13,12 @@ from pydantic import ValidationError
 from nhtrack import assets
 from nhtrack.config.campaign import Campaign, campaign_findings
 from nhtrack.config.changes import apply_overrides, parse_override
-from nhtrack.config.checks import INPUT, Checks, findings, is_robot_file, no_checks
+from nhtrack.config.checks import Checks, findings, no_checks
 from nhtrack.config.messages import shape_faults
+from nhtrack.config.named_files import with_named_files
 from nhtrack.config.scenario import Scenario
-from nhtrack.config.tree import Document, Path, ancestors, dotted, lookup, parse_yaml
+from nhtrack.config.tree import Document, Path, ancestors, dotted, parse_yaml
 from nhtrack.errors import Fault, ScenarioError, did_you_mean
-from nhtrack.references import input_kind
 from nhtrack.section import Finding, Section
 
 Kind = TypeVar("Kind", bound=Section)
@@ -147,7 +147,7 @@ class Loader:
         changed = {parse_override(text)[0]: text for text in overrides}
         problems: list[tuple[Path, str]] = []
         loaded = None
-        tree = _resolve(tree, directory, problems)
+        tree = with_named_files(tree, directory, problems)
         try:
             loaded = form.model.model_validate(tree)
         except ValidationError as error:
@@ -170,38 +170,6 @@ def _placed(path: Path, message: str, document: Document, changed: Mapping[Path,
         return Fault(0, 0, dotted(path), f"{message} (from --set {brought})")
     place = next((document.positions[here] for here in ancestors(path) if here in document.positions), (0, 0))
     return Fault(*place, dotted(path), message)
-
-
-def _resolve(tree: Any, directory: FilePath, problems: list[tuple[Path, str]]) -> Any:
-    """Returns the tree with the files it names found: robot and law by full paths, those of the input read."""
-    if not isinstance(tree, dict):
-        return tree
-    resolved = {**tree, **_law_files(tree, directory)}
-    robot, given = tree.get("robot"), lookup(tree, INPUT)
-    if isinstance(robot, str) and robot not in assets.robots() and is_robot_file(robot):
-        resolved["robot"] = str((directory / robot).resolve())
-    if isinstance(given, dict):
-        kind = input_kind(given)
-        try:
-            resolved["leader"] = {**tree["leader"], "input": kind.resolved(given, directory)}
-        except ValueError as error:
-            problems.append(((*INPUT, kind.key), str(error)))
-    return resolved
-
-
-def _law_files(tree: Mapping[str, Any], directory: FilePath) -> dict[str, Any]:
-    """Returns the laws of a tree that are files, with their full paths: `law` of a scenario, `laws` of a campaign."""
-
-    def found(law: Any) -> Any:
-        if isinstance(law, dict) and isinstance(law.get("file"), str) and law["file"]:
-            return {**law, "file": str((directory / law["file"]).resolve())}
-        return law
-
-    several = tree.get("laws")
-    resolved = {"law": found(tree["law"])} if "law" in tree else {}
-    if isinstance(several, dict):
-        resolved["laws"] = {label: found(law) for label, law in several.items()}
-    return resolved
 
 
 def _path_of(source: str | FilePath, form: _Form[Any]) -> FilePath:

@@ -37,7 +37,7 @@ class Setting(NamedTuple):
         return any(effect.holds_level for effect in self.effects)
 
 
-class Standing(NamedTuple):
+class RobotsAtRest(NamedTuple):
     """Robots with a body as they begin.
 
     Attributes:
@@ -111,6 +111,6 @@ class Effect:
         """
         yield from ()
 
-    def warnings(self, standing: Standing) -> Iterator[str]:
+    def warnings(self, robots: RobotsAtRest) -> Iterator[str]:
         """Yields what it will do to robots that merely stand, in sentences."""
         yield from ()

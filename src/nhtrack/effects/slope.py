@@ -9,7 +9,7 @@ from typing import Any, ClassVar, Self
 
 from pydantic import Field
 
-from nhtrack.effects.contract import Effect, Standing
+from nhtrack.effects.contract import Effect, RobotsAtRest
 from nhtrack.ground import Ground
 from nhtrack.section import Section
 
@@ -45,19 +45,19 @@ class Slope(Effect):
         """Returns the ground inclined."""
         return replace(ground, slope=self.angle, uphill=self.uphill)
 
-    def warnings(self, standing: Standing) -> Iterator[str]:
+    def warnings(self, robots: RobotsAtRest) -> Iterator[str]:
         """Yields that robots slide or tip where they begin."""
-        friction = standing.ground.friction
+        friction = robots.ground.friction
         steepest = math.atan(friction)
         if self.angle > steepest:
             yield (
                 f"the slope of {self.angle:.3g} rad is steeper than the friction angle of {steepest:.3g} rad "
                 f"(friction {friction:g}): nothing on it stays where it is"
             )
-        if standing.plant.levelled:
+        if robots.plant.levelled:
             return
-        loads = standing.plant.support_loads(standing.ground.gravity_at(standing.heading))
-        for place, name in enumerate(standing.names):
+        loads = robots.plant.support_loads(robots.ground.gravity_at(robots.heading))
+        for place, name in enumerate(robots.names):
             least, part = min((float(load[place]), part) for part, load in loads.items())
             if least < 0:
                 yield f"{name} starts on a slope too steep to stand on: held there, it would lift its {part}"

@@ -14,7 +14,7 @@ from nhtrack.config.checks import is_robot_file, positive
 from nhtrack.config.physics import Physics
 from nhtrack.config.scenario import Scenario
 from nhtrack.config.tree import lookup
-from nhtrack.effects import Effect, Setting, Standing, effects_of
+from nhtrack.effects import Effect, RobotsAtRest, Setting, effects_of
 from nhtrack.errors import RobotError, did_you_mean
 from nhtrack.section import Finding
 
@@ -78,5 +78,5 @@ def effect_warnings(experiment: Experiment) -> tuple[str, ...]:
     """Returns what the effects will do to robots that merely stand where they begin, in sentences."""
     spec = experiment.scene
     heading = experiment.start.g[spec.first_body :, 2]
-    standing = Standing(spec.bodies, heading, experiment.robot.plant, spec.ground)
-    return tuple(warning for effect in spec.effects for warning in effect.warnings(standing))
+    robots = RobotsAtRest(spec.bodies, heading, experiment.robot.plant, spec.ground)
+    return tuple(warning for effect in spec.effects for warning in effect.warnings(robots))

@@ -30,8 +30,8 @@ from nhtrack.simulation.contact import FrictionRow
 from nhtrack.simulation.faults import failure_in
 from nhtrack.simulation.motion import Motion, Place, Wheels
 from nhtrack.simulation.plant import floor_of, plant_of
-from nhtrack.simulation.robot_models import RobotModels
-from nhtrack.simulation.scene import Scene, SceneSpec, make_scene, unit_spec
+from nhtrack.simulation.scene import Scene
+from nhtrack.simulation.spec import SceneSpec
 from nhtrack.simulation.state import Driven, State, require_rolling
 from nhtrack.simulation.track import Track, driven, make_track
 
@@ -225,19 +225,6 @@ class MujocoSimulation:
 
     def _state(self) -> State:
         return State(self.time, self._unbatched(self.motion.g).copy(), self._unbatched(self.motion.xi).copy())
-
-
-def stepped_scene(spec: SceneSpec, robot: RobotModels | None = None) -> Scene:
-    """Returns the scene that a simulation of a spec steps: of one robot where robots cannot touch each other.
-
-    Args:
-        spec: of all robots.
-        robot: what is known of them, where that has been read already.
-
-    Raises:
-        RobotError: as `make_scene`.
-    """
-    return make_scene(spec if spec.robot_contact else unit_spec(spec), robot)
 
 
 def make_wheels(scene: Scene, spec: SceneSpec, dt: float) -> Wheels:

@@ -18,7 +18,7 @@ from nhtrack.simulation.fleet import Blueprint, compiled
 from nhtrack.simulation.robot_models import RobotModels, read_robot
 from nhtrack.simulation.spec import SceneSpec
 
-__all__ = ["Addresses", "Scene", "SceneSpec", "make_scene", "unit_spec"]
+__all__ = ["Addresses", "Scene", "SceneSpec", "make_scene", "stepped_scene", "unit_spec"]
 
 # Robots are placed this far into the floor [m], so that every contact is active in the first step; at exactly zero
 # distance rounding would decide which are, and the robot would fall on the others.
@@ -160,6 +160,19 @@ def make_scene(spec: SceneSpec, robot: RobotModels | None = None, *, share_mater
     marker = int(model.body(spec.robots[0]).mocapid[0]) if spec.virtual_root else None
     factors = _radius_factors(model, addresses, robot.drive)
     return Scene(spec, model, robot.drive, robot.plant, factors, addresses, marker, blueprint)
+
+
+def stepped_scene(spec: SceneSpec, robot: RobotModels | None = None) -> Scene:
+    """Returns the scene that a simulation of a spec steps: of one robot where robots cannot touch each other.
+
+    Args:
+        spec: of all robots.
+        robot: what is known of them, where that has been read already.
+
+    Raises:
+        RobotError: as `make_scene`.
+    """
+    return make_scene(spec if spec.robot_contact else unit_spec(spec), robot)
 
 
 def _radius_factors(model: mujoco.MjModel, addresses: Addresses, drive: DiffDrive) -> tuple[float, float]:

@@ -25,7 +25,8 @@ from nhtrack.experiment.loop import Progress
 from nhtrack.files.atomic import atomic_path
 from nhtrack.files.folder import is_used, save_json
 from nhtrack.simulation.ideal import IdealSimulation
-from nhtrack.simulation.mujoco import MujocoSimulation, stepped_scene
+from nhtrack.simulation.mujoco import MujocoSimulation
+from nhtrack.simulation.scene import stepped_scene
 from nhtrack.studies.campaign.cell import Cell
 from nhtrack.studies.campaign.outcomes import figures_of, statistics_of
 from nhtrack.studies.campaign.result import CampaignResults, write_campaign_report

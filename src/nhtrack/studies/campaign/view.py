@@ -24,7 +24,7 @@ def campaign_html(results: CampaignResults) -> str:
         f"{campaign.name}: {grouped(len(runs))} runs",
         lead=f"{lead}, {campaign.backend} backend; {results.folder}",
         tiles=[(f"of starts, {law}", f"{percent(row['sum'] / row['count'])} %") for law, row in shares.iterrows()],
-        figures=[drawing(share_map(results.cells), f"{campaign.name}: shares of starts that arrive")],
+        figures=[drawing(share_map(results.cells), f"{campaign.name}: shares of starts that arrive", scale=1.0)],
         tables=[_table(results)],
         folded=[("The worst run of each law again", [f"nhtrack run {path}" for path in results.worst.values()])],
     )

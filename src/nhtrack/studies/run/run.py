@@ -31,8 +31,8 @@ from nhtrack.recording import Recording, make_recording
 from nhtrack.recording.source import Source, load
 from nhtrack.robots.diff_drive import DiffDrive
 from nhtrack.simulation.ideal import IdealSimulation
-from nhtrack.simulation.mujoco import MujocoSimulation, stepped_scene
-from nhtrack.simulation.scene import Scene
+from nhtrack.simulation.mujoco import MujocoSimulation
+from nhtrack.simulation.scene import Scene, stepped_scene
 from nhtrack.studies.feasibility.run import with_time
 from nhtrack.studies.run.files import make_film, save_run_figures, write_run_report
 from nhtrack.studies.run.result import DivergedError, Outcome
@@ -118,8 +118,11 @@ def simulate(scenario: Scenario, stage: Stage | None = None, folder: Path | None
     drive = robot.plant
     ideal = IdealSimulation(experiment.network.names, drive, experiment.dt, experiment.scene.ground)
     twin = _roll(ideal, experiment, stage, "ideal twin", folder)
-    if twin.interrupted:
+    if twin.interrupted and scenario.backend != "ideal":
         raise KeyboardInterrupt  # before the run proper began: there is nothing to keep
+    import xarray  # noqa: F401 - takes a second, for which who interrupts the run need not wait
+
+    predicted = warnings(scenario, experiment, twin, drive)  # nor for these
     if scenario.backend == "ideal":
         main, scene = twin, None
     else:
@@ -129,7 +132,7 @@ def simulate(scenario: Scenario, stage: Stage | None = None, folder: Path | None
         main = _roll(simulation, experiment, stage, "MuJoCo", folder)
     recording = _recording(scenario, experiment, drive, main, twin, scene)
     events = find_events(recording)
-    told = [*warnings(scenario, experiment, twin, drive), *sentences(events)]
+    told = [*predicted, *sentences(events)]
     return Outcome(recording, summary(recording, events) | {"warnings": told}, main.failure, events)
 
 

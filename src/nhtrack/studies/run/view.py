@@ -55,6 +55,8 @@ def run_html(recording: Recording, summary: dict[str, Any], events: Sequence[Eve
 
 def film_strip(recording: Recording) -> tuple[list[PageImage], list[str]]:
     """Returns some pictures of a run, or the reason why there are none."""
+    if recording.outcome.startswith("diverged"):
+        return [], ["No pictures: the run diverged."]
     from nhtrack.video.stills import stills
 
     try:

@@ -1,0 +1,45 @@
+"""The files that a scenario or campaign names: robots, laws, the leader's input."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path as FilePath
+from typing import Any
+
+from nhtrack import assets
+from nhtrack.config.checks import INPUT, is_robot_file
+from nhtrack.config.tree import lookup
+from nhtrack.references import input_kind
+from nhtrack.section import Finding
+
+
+def with_named_files(tree: Any, directory: FilePath, problems: list[Finding]) -> Any:
+    """Returns the tree with the files it names found: robot and law by full paths, those of the input read."""
+    if not isinstance(tree, dict):
+        return tree
+    resolved = {**tree, **_law_files(tree, directory)}
+    robot, given = tree.get("robot"), lookup(tree, INPUT)
+    if isinstance(robot, str) and robot not in assets.robots() and is_robot_file(robot):
+        resolved["robot"] = str((directory / robot).resolve())
+    if isinstance(given, dict):
+        kind = input_kind(given)
+        try:
+            resolved["leader"] = {**tree["leader"], "input": kind.resolved(given, directory)}
+        except ValueError as error:
+            problems.append(((*INPUT, kind.key), str(error)))
+    return resolved
+
+
+def _law_files(tree: Mapping[str, Any], directory: FilePath) -> dict[str, Any]:
+    """Returns the laws of a tree that are files, with their full paths: `law` of a scenario, `laws` of a campaign."""
+
+    def found(law: Any) -> Any:
+        if isinstance(law, dict) and isinstance(law.get("file"), str) and law["file"]:
+            return {**law, "file": str((directory / law["file"]).resolve())}
+        return law
+
+    several = tree.get("laws")
+    resolved = {"law": found(tree["law"])} if "law" in tree else {}
+    if isinstance(several, dict):
+        resolved["laws"] = {label: found(law) for label, law in several.items()}
+    return resolved
