@@ -13,7 +13,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from nhtrack.analysis.events import Event, EventKind, find_events
-from nhtrack.analysis.metrics import heading_error, heading_gap, position_error, position_gap
+from nhtrack.analysis.metrics import heading_error, heading_gap, of_largest_magnitude, position_error, position_gap
 from nhtrack.colours import INK
 from nhtrack.plots.event_marks import mark_events
 from nhtrack.plots.style import column_styled
@@ -133,7 +133,7 @@ def slip(recording: Recording, events: Sequence[Event] | None = None) -> Figure 
         return None
     lateral, longitudinal, load, utilisation = (recording[name].values for name in _SLIP_VARIABLES)
     ideal, places = recording.backend == "ideal", range(len(recording.robots))
-    slips = [] if ideal else [lateral, _of_largest_magnitude(longitudinal)]
+    slips = [] if ideal else [lateral, of_largest_magnitude(longitudinal)]
     scales = [common_prefix(values) for values in slips]
     titles = ("sideways slip, axle midpoint", "slip along the rolling direction, worse wheel")
     panels = [(title, f"slip [{prefix}m/s]") for title, (_, prefix) in zip(titles, scales, strict=False)]
@@ -207,9 +207,3 @@ def _frame_loads(axes: Axes, load: np.ndarray) -> None:
         axes.set_ylim(0.0, 1.08 * heaviest)
     else:
         axes.set_ylim(0.85 * lightest, 1.15 * heaviest)
-
-
-def _of_largest_magnitude(values: np.ndarray) -> np.ndarray:
-    """Returns, of two wheels, the value of larger magnitude with its sign, shape (..., 2) -> (...)."""
-    left, right = values[..., 0], values[..., 1]
-    return np.where(np.abs(left) >= np.abs(right), left, right)

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from nhtrack.analysis.metrics import heading_error, heading_gap, position_error, position_gap
+from nhtrack.analysis.metrics import heading_error, heading_gap, of_largest_magnitude, position_error, position_gap
 from nhtrack.colours import BAND_COLOUR, robot_colour, robot_dashes
 from nhtrack.presentation.numbers import common_prefix
 from nhtrack.presentation.shown import CROWD
@@ -85,7 +85,7 @@ def _slips(recording: Recording) -> Iterator[Panel]:
     group = "Wheels on the floor"
     if recording.backend != "ideal":
         yield _prefixed("sideways", group, "sideways slip of the axle", "m/s", recording["lateral_slip"].values)
-        rolling = _of_largest_magnitude(recording["longitudinal_slip"].values)
+        rolling = of_largest_magnitude(recording["longitudinal_slip"].values)
         yield _prefixed("rolling", group, "rolling slip, worse wheel", "m/s", rolling)
     use = recording["friction_utilisation"].values.max(axis=-1)
     limits = (("wheels break away", 1.0),)
@@ -98,22 +98,16 @@ def _prefixed(key: str, group: str, title: str, unit: str, values: np.ndarray) -
     return Panel(key, group, title, prefix + unit, factor * values)
 
 
-def _of_largest_magnitude(values: np.ndarray) -> np.ndarray:
-    """Returns, of two wheels, the value of larger magnitude with its sign, shape (..., 2) -> (...)."""
-    left, right = values[..., 0], values[..., 1]
-    return np.where(np.abs(left) >= np.abs(right), left, right)
-
-
 def colours_of(recording: Recording) -> list[str]:
     """Returns the colours of the robots as the scene has them, or those of their places."""
     spec = recording.scene if recording.has_scene else None
     return [robot_colour(place) if spec is None else spec.colour(place) for place in range(len(recording.robots))]
 
 
-def _dash(recording: Recording, place: int) -> str:
-    """Returns how the line of a robot is broken, as the page's library has it."""
-    places = recording.scene.colours if recording.has_scene else ()
-    dashes = robot_dashes(places[place] if places else place)
+def dash_of(recording: Recording, place: int) -> str:
+    """Returns how the line of a robot is broken, as the page's library has it; solid for robots of a single run."""
+    places = recording.scene.colours if recording.groups and recording.has_scene else ()
+    dashes = robot_dashes(places[place]) if places else ()
     return ",".join(f"{_WIDTH * part:.3g}px" for part in dashes) or "solid"
 
 
@@ -134,7 +128,7 @@ def _curves(panel: Panel, recording: Recording) -> list[tuple[dict[str, Any], np
             curves.append((look, band_of(members)))
     return curves + [
         (
-            {"name": recording.robots[place], "colour": colours[place], "dash": _dash(recording, place)},
+            {"name": recording.robots[place], "colour": colours[place], "dash": dash_of(recording, place)},
             panel.values[:, [place]],
         )
         for place in alone
@@ -150,7 +144,7 @@ def _bands(recording: Recording, colours: list[str]) -> list[tuple[dict[str, Any
         return [({"name": f"median of {len(followers)} followers", "colour": BAND_COLOUR, "dash": "solid"}, followers)]
     members = {label: [places[name] for name in names] for label, names in groups.items()}
     return [
-        ({"name": label, "colour": colours[those[0]], "dash": _dash(recording, those[0])}, those)
+        ({"name": label, "colour": colours[those[0]], "dash": dash_of(recording, those[0])}, those)
         for label, those in members.items()
     ]
 
