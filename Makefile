@@ -17,14 +17,8 @@ BROWSER := $(VENV)/.nhtrack-setup-browser
 
 # $(call if_recent,NAME): NAME if it is a Python of 3.11 or newer
 if_recent = $(shell $(1) -c 'import sys; sys.version_info >= (3, 11) and print("$(1)")' 2>/dev/null)
-# $(call install,.): installs the package with the pinned versions. dm-control asks for labmaze, which has no wheels
-# beyond Python 3.12 and which nothing here imports: beyond it the pinned versions are installed without it.
-install = if $(BIN)/python -c 'import sys; sys.exit(sys.version_info >= (3, 13))'; then \
-        $(PIP) install --constraint constraints.txt --editable '$(1)'; \
-    else \
-        grep -v labmaze constraints.txt >$(VENV)/pinned.txt && \
-        $(PIP) install --no-deps --requirement $(VENV)/pinned.txt && $(PIP) install --no-deps --editable .; \
-    fi
+# $(call install,.): installs the package with the pinned versions
+install = $(PIP) install --constraint constraints.txt --editable '$(1)'
 # Compiles what is not in the cache yet and says so; later runs find it there.
 compile = $(BIN)/python -m nhtrack.experiment.compile
 # Shell command that succeeds where a headless OpenGL draws a picture
@@ -38,7 +32,7 @@ OSMESA_PACKAGES := libosmesa6
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help demo test check bench docs gallery clean
+.PHONY: help demo test check coverage bench docs site gallery clean
 
 help:  ## list these commands
 	@sed -n 's/^\([a-z]*\):.*## \(.*\)/  make \1\t\2/p' Makefile | expand -t 16
@@ -58,20 +52,28 @@ check: $(DEV)  ## lint, types, import rules and the fast tests
 	@$(BIN)/lint-imports --no-logo >$(VENV)/lint-imports.txt || { cat $(VENV)/lint-imports.txt; exit 1; }
 	@$(BIN)/python -m pytest -q $(PARALLEL) -m "not slow"
 
+coverage: $(DEV)  ## what share of the lines the fast tests run
+	@$(compile)
+	@$(BIN)/python -m pytest -q $(PARALLEL) -m "not slow" --cov --cov-report=term:skip-covered
+
 bench: $(DEV)  ## run every script in benchmarks/
 	@for script in $(sort $(wildcard benchmarks/*.py)); do $(BIN)/python "$$script" || exit 1; done
 
 docs: $(DEV)  ## write the generated pages of docs/ anew
 	@$(BIN)/python -m nhtrack.config.documentation docs
-	@for script in $(sort $(wildcard docs/generate_*.py)); do $(BIN)/python "$$script" || exit 1; done
+	@for script in $(sort $(wildcard docs/_generate/generate_*.py)); do $(BIN)/python "$$script" || exit 1; done
 	@$(BIN)/nhtrack paper --out $(VENV)/paper --no-report --force
 	@$(BIN)/nhtrack paper --from $(VENV)/paper --out docs --no-report --force
+
+site: $(DEV)  ## build the pages of docs/ for a browser, into build/site
+	@NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet
+	@echo "build/site/index.html; for search: python3 -m http.server --directory build/site"
 
 gallery: $(RUNTIME) $(GL)  ## make the films of renders/gallery anew
 	@$(BIN)/python renders/make_gallery.py
 
 clean:  ## remove .venv, caches and build products; runs/ stays
-	rm -rf $(VENV) build dist .pytest_cache .mypy_cache .ruff_cache .import_linter_cache .hypothesis
+	rm -rf $(VENV) build dist .coverage .pytest_cache .mypy_cache .ruff_cache .import_linter_cache .hypothesis
 	find src tests benchmarks -name __pycache__ -prune -exec rm -rf {} +
 
 # A Python without ensurepip (Debian splits it off) leaves half a .venv behind: it is removed and the package named.

@@ -22,7 +22,7 @@ from nhtrack.analysis.events import (
     STILL,
     Event,
     find_events,
-    joined,
+    joined_spells,
     lasting,
     sentences,
 )
@@ -259,6 +259,15 @@ def periods_that_hold(holds: list[bool]) -> list[list[int]]:
     return [[row for row, _ in spell] for held, spell in itertools.groupby(rows, key=lambda row: row[1]) if held]
 
 
+@pytest.mark.parametrize(("rows", "events"), [(9, 1), (10, 2), (11, 2)])
+def test_a_tenth_of_a_second_parts_two_events(story: Story, rows: int, events: int) -> None:
+    """Between rows that tell of slipping lie as many periods as there are rows that do not."""
+    story.slide(slice(10, 20), FOLLOWER, LEFT, 0.3)
+    story.slide(slice(20 + rows, 60), FOLLOWER, LEFT, 0.3)
+    assert rows * DT == pytest.approx(GAP, rel=0.2)
+    assert len(story.events()) == events
+
+
 # Periods in milliseconds, so that no gap of whole milliseconds is on a knife's edge of rounding.
 clocks = st.integers(1, 60).flatmap(
     lambda size: st.tuples(
@@ -280,7 +289,7 @@ def test_spells_less_than_a_gap_apart_are_one_event_and_others_are_not(drawn: tu
             expected[-1] += spell
         else:
             expected.append(list(spell))
-    found = joined(np.array(holds), ticks * 1e-3)
+    found = joined_spells(np.array(holds), ticks * 1e-3)
     assert [(rows.start, rows.stop - 1) for rows in found] == [(rows[0], rows[-1]) for rows in expected]
 
 
@@ -356,7 +365,7 @@ def test_the_terminal_shows_the_first_events_and_counts_the_others(story: Story)
     lines = printed(story.recording())
     table = lines[lines.index("What went wrong on wheels") :]
     assert len([line for line in table if line.split()[:1] == ["slipping"]]) == 12
-    assert table[2].split() == "slipping follower left 0.00 s 0.05 s slip speed 0.1 m/s".split()
+    assert table[2].split() == "slipping follower left 0 s 0.05 s slip speed 100 mm/s".split()
     assert table[-1].strip() == "and 3 more in summary.json"
 
 
@@ -365,7 +374,7 @@ def test_the_terminal_shows_shares_in_per_cent_and_angles_in_degrees(story: Stor
     story["tilt"][11:20, FOLLOWER] = np.radians(7.5)
     lines = [line.split() for line in printed(story.recording())]
     assert "wheel off the floor follower right 0.09 s 0.19 s share of the time 100 %".split() in lines
-    assert "leaning follower - 0.10 s 0.19 s tilt 7.5 degrees".split() in lines
+    assert "leaning follower - 0.1 s 0.19 s tilt 7.5°".split() in lines
 
 
 # -- real wheels ------------------------------------------------------------------------------------

@@ -104,7 +104,7 @@ def test_scenarios_and_campaigns_are_valid_by_name_and_by_file() -> None:
         "tour/hello": "1 follower, 24 s on the robot's clock, published law",
         path: "3 followers, 100 s on the robot's clock, published law",
         "campaign/small": "3 laws, 4 references, 480 runs, ideal backend",
-        assets.find_campaign("campaign/mujoco"): "1 laws, 10 references, 10000 runs, mujoco backend",
+        assets.find_campaign("campaign/mujoco"): "1 law, 10 references, 10\N{NO-BREAK SPACE}000 runs, mujoco backend",
     }
     assert invoke("validate", *told).stdout.splitlines() == [f"{name}: ok ({said})" for name, said in told.items()]
 

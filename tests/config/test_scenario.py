@@ -444,6 +444,6 @@ def test_the_reference_pages_are_current(file: str, page: Callable[[], str]) -> 
 
 @pytest.mark.parametrize("name", ["formation64", "formation1000"])
 def test_wedges_are_those_of_their_script(name: str) -> None:
-    script = runpy.run_path(str(DOCS / "generate_formation64.py"))
+    script = runpy.run_path(str(DOCS / "_generate" / "generate_formation64.py"))
     written = assets.find_scenario(f"stress/{name}").read_text(encoding="utf-8")
     assert written == script["scenario"](script["WEDGES"][name])

@@ -20,14 +20,14 @@ PAGE = "# Title\n\n<!-- begin: one -->\nold\n<!-- end: one -->\n\nprose\n\n<!-- 
 @pytest.fixture
 def pages(monkeypatch):
     """The module that the scripts share, found as they find it: beside them."""
-    monkeypatch.syspath_prepend(DOCS)
+    monkeypatch.syspath_prepend(DOCS / "_generate")
     return importlib.import_module("pages")
 
 
 @pytest.fixture
 def convergence(monkeypatch, tmp_path):
     """The script of docs/convergence.md, turned to an empty page and a folder of campaigns of their own."""
-    monkeypatch.syspath_prepend(DOCS)
+    monkeypatch.syspath_prepend(DOCS / "_generate")
     script = importlib.import_module("generate_convergence")
     monkeypatch.setattr(script, "PAGE", tmp_path / "convergence.md")
     monkeypatch.setattr(script, "README", tmp_path / "README.md")

@@ -6,10 +6,8 @@ import re
 from pathlib import Path
 
 import pytest
-from typer.main import get_command
 
 import nhtrack
-from nhtrack.cli import app
 from nhtrack.experiment.load import load_text
 from nhtrack.laws.address import entry_of
 
@@ -20,12 +18,6 @@ def block(language: str) -> str:
     """Returns the one block of a language in the README."""
     (found,) = re.findall(rf"```{language}\n(.*?)```", README, re.DOTALL)
     return str(found)
-
-
-def commands() -> list[list[str]]:
-    """Returns the arguments of every nhtrack command line in the README."""
-    lines = re.findall(r"\.venv/bin/nhtrack ([^#\n]*)", README)
-    return [line.split() for line in lines]
 
 
 def test_the_scenario_is_one() -> None:
@@ -41,29 +33,3 @@ def test_the_law_is_one_and_tracks(tmp_path: Path) -> None:
     error = nhtrack.run(loaded)["error"].sel(robot="follower")
     start, end = (float(abs(error[i, :2]).max()) for i in (0, -1))
     assert end < 0.05 * start
-
-
-def test_every_command_exists_and_takes_these_options() -> None:
-    assert len(commands()) >= 8
-    available = get_command(app).commands  # type: ignore[attr-defined]
-    for name, *arguments in commands():
-        options = {option for each in available[name].params for option in each.opts + each.secondary_opts}
-        assert {word for word in arguments if word.startswith("--")} <= options, name
-
-
-def test_links_lead_somewhere() -> None:
-    root = Path(__file__).parents[2]
-    for target in re.findall(r"\]\(([^)#]+)\)", README):
-        assert target.startswith("http") or (root / target).exists(), target
-
-
-@pytest.mark.slow
-def test_the_python_example_runs(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    exec(block("python"), {})
-    distance, gap = (float(number) for number in re.findall(r"([\d.e-]+) m from", capsys.readouterr().out))
-    assert distance < 0.01
-    assert gap < 1e-5
-    assert (tmp_path / "hello.nc").is_file()

@@ -14,14 +14,13 @@ from matplotlib.patches import Circle, FancyArrowPatch, Polygon, Rectangle
 from matplotlib.text import Text
 
 from nhtrack import plots, se2
-from nhtrack.colours import FOLLOWERS, ROOT, robot_colour
+from nhtrack.colours import FOLLOWERS, ROOT, ink_on, robot_colour
 from nhtrack.effects.patches import Patches
 from nhtrack.effects.slope import Slope
 from nhtrack.ground import Patch
 from nhtrack.plots.event_marks import covered
-from nhtrack.plots.graph import ink_on
 from nhtrack.plots.margins import Numbers
-from nhtrack.plots.time_figure import si_prefix
+from nhtrack.presentation.numbers import common_prefix
 from nhtrack.simulation.scene import SceneSpec
 from recordings import HALF_SEPARATION, TORQUE_LIMIT, WHEEL_RADIUS, synthetic_recording
 
@@ -231,7 +230,7 @@ def test_utilisation_shows_measured_predicted_and_limit():
     [(2.0, 1.0, ""), (3e-2, 1e3, "m"), (4e-5, 1e6, "µ"), (5e-9, 1e9, "n"), (0.0, 1.0, ""), (np.nan, 1.0, "")],
 )
 def test_values_are_read_with_the_prefix_that_suits_them(largest, factor, prefix):
-    assert si_prefix(np.array([0.0, -largest])) == (factor, prefix)
+    assert common_prefix(np.array([0.0, -largest])) == (factor, prefix)
 
 
 def test_ideal_backend_has_neither_slip_nor_gap_nor_torques():

@@ -1,8 +1,7 @@
-"""Reports opened in a headless Chromium, the system's own. Where there is none, these tests are skipped."""
+"""Reports opened in a browser."""
 
 from __future__ import annotations
 
-import shutil
 from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -13,29 +12,12 @@ from typer.testing import CliRunner
 from nhtrack.cli import app
 from nhtrack.recording import Recording
 from nhtrack.studies.fidelity.bench import Finding
-from nhtrack.studies.fidelity.report import write
+from nhtrack.studies.fidelity.report import write_fidelity_page
 from opened import Opened, Opener
 from reports import CASE, WILD, whole_recording, write_report
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser
-
-NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
-
-
-@pytest.fixture(scope="session")
-def browser() -> Iterator[Browser]:
-    playwright = pytest.importorskip("playwright.sync_api", reason="Playwright is not installed")
-    program = next(filter(None, map(shutil.which, NAMES)), None)
-    if program is None:
-        pytest.skip(f"no browser: none of {', '.join(NAMES)} is installed")
-    with playwright.sync_playwright() as driver:
-        # Root has no sandbox; the pages are our own and load nothing. The driver asks where every error came from:
-        # unless V8 notes all places at once, it reads the whole of Plotly again for each.
-        options = ["--no-sandbox", "--js-flags=--no-enable-lazy-source-positions"]
-        opened = driver.chromium.launch(executable_path=program, args=options)
-        yield opened
-        opened.close()
 
 
 @pytest.fixture(scope="session")
@@ -105,4 +87,5 @@ def fidelity_report(tmp_path_factory: pytest.TempPathFactory) -> Path:
         for robot, values in (("nh_mini", (0.2, 0.5, 0.1)), ("burger", (0.4, 0.3, 0.9)))
         for k, value in enumerate(values)
     ]
-    return write(rows, "nhtrack fidelity", {"nhtrack": "0"}, tmp_path_factory.mktemp("fidelity") / "report.html")
+    folder = tmp_path_factory.mktemp("fidelity")
+    return write_fidelity_page(rows, "nhtrack fidelity", {"nhtrack": "0"}, folder / "report.html")

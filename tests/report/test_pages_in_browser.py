@@ -11,14 +11,13 @@ import pytest
 
 from campaign_tables import campaign_starts
 from nhtrack.experiment.load import load_campaign
-from nhtrack.studies.campaign.report import Account, write
+from nhtrack.studies.campaign.report import Account, write_campaign_page
 from nhtrack.studies.campaign.tables import cells_of
 from opened import FITS, PLOTS_FIT, Opened, Opener
 
 pytestmark = [pytest.mark.slow, pytest.mark.browser]
 
 PAGES = ("run", "comparison", "campaign", "paper", "fidelity")
-WIDE = ("comparison", "paper")  # whose tables are wider than a sheet: all of the page is printed smaller
 SMALL, USUAL, SHEET = (640, 480), (1280, 720), (794, 1123)  # A4 at 96 dots per inch
 NAMELESS = """nodes => nodes
     .filter(n => !n.ariaLabel && !n.labels?.length && !n.alt && !n.textContent.trim() && !n.closest('.modebar'))
@@ -69,7 +68,7 @@ def test_every_page_is_light_and_dark_fits_prints_and_says_what_things_are(
         opened.until(PLOTS_FIT)
         opened.until(FITS)
     opened.print_out()
-    assert page.evaluate(FITS) or name in WIDE
+    assert page.evaluate(FITS)
     opened.until(LIGHT)
     assert page.evaluate("getComputedStyle(document.body).backgroundColor") == "rgb(255, 255, 255)"
     assert not player.is_visible()
@@ -170,7 +169,7 @@ def test_names_of_laws_and_references_stay_text(open_report: Opener, tmp_path: P
     runs = campaign_starts((hostile,), ("</script><script>alert(2)</script>",), count=20)
     cells = cells_of(runs, {}, backend="ideal", position_limit=0.01, heading_limit=0.02)
     tree = load_campaign("campaign/small", []).model_dump(mode="json") | {"name": hostile, "description": hostile}
-    opened = open_report(write(runs, cells, Account(tree, {}, {}, {}), tmp_path / "report.html"))
+    opened = open_report(write_campaign_page(runs, cells, Account(tree, {}, {}, {}), tmp_path / "report.html"))
     assert opened.page.title() == f"{hostile} - nhtrack"
     assert opened.page.locator("#law option").inner_text() == hostile
     panel = opened.page.locator("#panel-effort_x")

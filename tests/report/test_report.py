@@ -25,8 +25,8 @@ from nhtrack.report.downsample import extreme_rows, numbers
 from nhtrack.report.film import duration_of, read_film
 from nhtrack.report.graph import graph_svg
 from nhtrack.report.scenario_listing import meanings, yaml_text
-from nhtrack.report.summary_text import About, about, tiles, verdicts
-from nhtrack.studies.run.report import Extras, render
+from nhtrack.report.summary_text import About, about, run_verdicts, tiles
+from nhtrack.studies.run.report import Extras, render_run_page
 from nhtrack.studies.run.run import run_scenario
 from recordings import HALF_SEPARATION
 from reports import scenario_tree, whole_recording, write_pictures
@@ -39,7 +39,7 @@ HOSTILE = ("<script>alert(1)</script>", "<img src=x onerror=alert(1)>", '" onloa
 
 
 def report(recording: Recording, **extras: Any) -> str:
-    return render(recording, summary(recording) | {"warnings": []}, Extras(**extras))
+    return render_run_page(recording, summary(recording) | {"warnings": []}, Extras(**extras))
 
 
 def numbers_of(page_text: str) -> Any:
@@ -133,7 +133,7 @@ def test_a_run_gone_wild_has_a_report(followers: int) -> None:
     wild["ideal_pose"].values[50:] = np.nan
     with np.errstate(over="ignore", invalid="ignore"):  # as a run does while it makes its summary
         figures = summary(wild)
-    text = render(wild, figures)
+    text = render_run_page(wild, figures)
     frames = numbers_of(text)["frames"]
     assert frames["pose"]["x"][1][-1] == 1e200
     assert frames["twin"]["x"][1][49:51] == [pytest.approx(wild["ideal_pose"].values[49, 1, 0], rel=DIGITS), None]
@@ -161,7 +161,7 @@ def plain() -> dict[str, Any]:
 
 
 def told(**changes: Any) -> str:
-    return " ".join(verdicts(plain() | changes))
+    return " ".join(run_verdicts(plain() | changes))
 
 
 def follower(**changes: Any) -> dict[str, Any]:
@@ -188,12 +188,12 @@ def test_lengths_stand_beside_shares() -> None:
     """45 mm are little for a follower that began 3 m away, and half a robot all the same."""
     figures = follower(settling_time=20.0, late_position_error=0.045, late_heading_error=0.1)
     run = About(track=0.09)
-    text = " ".join(verdicts(plain() | figures, run))
+    text = " ".join(run_verdicts(plain() | figures, run))
     assert "once it stays within 40 µm and 20 mrad of its place until the end" in text
     assert "settled after 20 s" in text
     assert "off by at most 45 mm (50 % of its track width) and 100 mrad." in text
     wide = follower(settling_time=None, late_position_error=0.18)
-    assert "180 mm (2 times its track width)" in " ".join(verdicts(plain() | wide, run))
+    assert "180 mm (2 times its track width)" in " ".join(run_verdicts(plain() | wide, run))
 
 
 def test_sentences_know_sizes_and_roots_from_the_recording() -> None:
@@ -201,17 +201,17 @@ def test_sentences_know_sizes_and_roots_from_the_recording() -> None:
     known = about(recording)
     assert known.track == pytest.approx(2 * HALF_SEPARATION)
     assert not known.virtual_root
-    text = " ".join(verdicts(summary(recording), known))
+    text = " ".join(run_verdicts(summary(recording), known))
     assert "4 robots ran on MuJoCo's wheel contacts" in text
 
 
 def test_a_virtual_leader_is_no_robot_that_ran() -> None:
     leader = load("tour/hello").leader.model_copy(update={"virtual": True})
     recording = whole_recording(1, samples=51, scenario=scenario_tree(leader=leader))
-    text = " ".join(verdicts(summary(recording), about(recording)))
+    text = " ".join(run_verdicts(summary(recording), about(recording)))
     assert "1 robot ran behind a virtual leader, which has no body, on MuJoCo's wheel contacts for 80 s" in text
     assert "came closest" not in text
-    assert "came closest" in " ".join(verdicts(summary(recording)))
+    assert "came closest" in " ".join(run_verdicts(summary(recording)))
     assert "The leader is virtual" in report(recording)
     assert "The leader is virtual" not in report(whole_recording(1, samples=51))
 
@@ -254,7 +254,7 @@ def test_a_crowd_is_told_in_one_go() -> None:
     crowd = summary(whole_recording(9))
     for k, figures in enumerate(crowd["followers"].values()):
         figures["settling_time"] = None if k < 2 else float(k)
-    text = " ".join(verdicts(crowd))
+    text = " ".join(run_verdicts(crowd))
     assert "7 of 9 followers settled, which is to stay within 40 µm and 20 mrad of their places, the first" in text
     assert "the first after 2 s, half of them after 5 s, the last after 8 s." in text
     assert "f1 and f2 did not settle." in text
@@ -278,7 +278,7 @@ def test_no_text_of_a_user_is_markup() -> None:
     hostile = whole_recording(1, samples=51, name=text, **told_of)
     skipped = {"no_film": text, "schema": json_schema()}
     one = Elements(report(harmless, **skipped | {"no_film": "none"}))
-    other = Elements(render(hostile, summary(hostile) | {"warnings": [text]}, Extras(**skipped)))
+    other = Elements(render_run_page(hostile, summary(hostile) | {"warnings": [text]}, Extras(**skipped)))
     tags = [tag for tag, _ in other.found]
     assert tags.count("script") == 3
     assert set(tags) == {tag for tag, _ in one.found} | {"ul", "li"}

@@ -114,13 +114,34 @@ def test_batched_simulation_is_exactly_its_members() -> None:
 
 @pytest.mark.filterwarnings("ignore:overflow encountered:RuntimeWarning", "ignore:invalid value:RuntimeWarning")
 def test_divergence_in_a_batch_names_the_simulation() -> None:
-    """Finite commands, each the largest double: two periods of them are too much speed for the numbers."""
+    """A finite command, the largest double: so fast is no robot."""
     simulation = IdealSimulation(("a", "b"), DRIVE, 1.0)
     simulation.reset(State(0.0, np.zeros((3, 2, 3)), np.zeros((3, 2, 3))))
     u = np.zeros((3, 2, 2))
     u[2, 1, 0] = np.finfo(float).max
-    simulation.step(u)
-    with pytest.raises(SimulationDiverged, match=r"state is not finite: robot 'b' at t = 2\.000 s \(simulation 2\)"):
+    with pytest.raises(SimulationDiverged, match=r"ran away: robot 'b' at t = 1\.000 s \(simulation 2\)"):
+        simulation.step(u)
+
+
+@pytest.mark.parametrize(("began", "size", "reach"), [(2.0, 0.5, 2000.0), (2.0, 3.0, 3000.0), (0.0, 1.0, 1000.0)])
+@pytest.mark.parametrize("keep_going", [False, True])
+def test_a_robot_is_lost_a_thousand_times_as_far_off_as_it_began(
+    began: float, size: float, reach: float, keep_going: bool
+) -> None:
+    """From the leader, wherever that is by now; or a thousand times as far as the scenario is large."""
+    simulation = IdealSimulation(("a", "b"), DRIVE, 1.0, keep_going=keep_going, size=size)
+    g, xi = np.zeros((2, 2, 3)), np.zeros((2, 2, 3))
+    g[..., 0] = 1e6, 1e6 + began
+    xi[:, 0, 0] = 5e5
+    xi[:, 1, 0] = 5e5 - began + reach * np.array([0.999, 1.001])
+    simulation.reset(State(0.0, g, xi))
+    u = np.zeros((2, 2, 2))
+    if keep_going:
+        state = simulation.step(u)
+        assert simulation.lost.tolist() == [False, True]
+        np.testing.assert_array_equal(state.g[1], g[1])
+        return
+    with pytest.raises(SimulationDiverged, match=r"ran away: robot 'b' at t = 1\.000 s \(simulation 1\)"):
         simulation.step(u)
 
 

@@ -329,7 +329,7 @@ def test_the_worst_run_again_has_the_figures_of_the_table(done: Path) -> None:
     table = pd.read_parquet(done / "out" / "runs.parquet")
     for label in ("universal", "k"):
         worst = worst_first(table[table["law"] == label]).iloc[0]
-        recording = run(done / "out" / "worst" / f"{label}.yaml")
+        recording = run(done / "out" / "worst" / f"{label}.yaml").recording
         error = recording["error"].values[recording.time / 0.9 > 9 - 1e-9, 1]
         assert np.hypot(error[:, 0], error[:, 1]).max() / 0.1 == worst["late_position"]
 
@@ -369,9 +369,9 @@ def test_gains_are_tuned_once_and_taken_over(done: Path, tmp_path: Path, asked: 
 @pytest.mark.slow
 def test_auto_takes_the_time_that_every_family_needs(tmp_path: Path) -> None:
     auto = case(tmp_path, "similarity.time=auto", "families=[rest, stop-and-go]", "probes=3")
-    each = [campaigns.with_time(auto.model_copy(update={"families": (name,)})) for name in auto.family_names]
+    each = [campaigns.at_fitting_time(auto.model_copy(update={"families": (name,)})) for name in auto.family_names]
     times = [campaign.similarity.time_scale for campaign in each]
-    assert campaigns.with_time(auto).similarity.time_scale == max(times)
+    assert campaigns.at_fitting_time(auto).similarity.time_scale == max(times)
     assert 0.3 < min(times) < max(times) < 1.5
 
 

@@ -13,10 +13,10 @@ from matplotlib.figure import Figure
 from campaign_tables import FAMILIES, HEADING_LIMIT, LAWS, POSITION_LIMIT, campaign_cells, campaign_starts
 from nhtrack.colours import ROOT
 from nhtrack.plots.style import styled
+from nhtrack.presentation.numbers import percent
 from nhtrack.studies.campaign.plots import (
     files,
     late_errors,
-    percent,
     save_campaign_figures,
     settling,
     share_map,

@@ -15,8 +15,8 @@ from elements import Elements
 from nhtrack.config.campaign import Campaign
 from nhtrack.config.documentation import json_schema
 from nhtrack.experiment.load import load_campaign
+from nhtrack.presentation.numbers import percent
 from nhtrack.report.page import render_page
-from nhtrack.studies.campaign.plots.shares import percent
 from nhtrack.studies.campaign.report import (
     CURVE_POINTS,
     DISTRIBUTIONS,
@@ -24,10 +24,10 @@ from nhtrack.studies.campaign.report import (
     MOST_STARTS,
     Account,
     campaign_page,
+    campaign_payload,
+    campaign_verdicts,
     distribution,
     kept_rows,
-    payload,
-    verdicts,
 )
 from nhtrack.studies.campaign.tables import cells_of
 from reports import HOSTILE
@@ -71,7 +71,7 @@ def test_the_table_has_the_share_of_every_law_and_reference(runs: pd.DataFrame) 
 
 
 def test_distributions_are_those_of_the_runs(runs: pd.DataFrame) -> None:
-    data = json.loads(json.dumps(payload(runs, tree()), allow_nan=False))
+    data = json.loads(json.dumps(campaign_payload(runs, tree()), allow_nan=False))
     part = runs[(runs["law"] == LAWS[1]) & (runs["family"] == FAMILIES[3])]
     curves = data["curves"][1][3]
     for figure, curve in zip(DISTRIBUTIONS, curves, strict=True):
@@ -120,20 +120,21 @@ def test_laws_are_told_apart_in_words() -> None:
         campaign_starts(("two",), ("rest",), count=20, share=0.5, lost=1.0),
         campaign_starts(("two",), ("line",), count=20, share=0.0),
     ])  # fmt: skip
-    told = verdicts(runs, cells(runs), tree())
+    told = campaign_verdicts(runs, cells(runs), tree())
     assert told[0].startswith("2 laws against 2 references, 80 runs on the ideal integrator.")
     assert "stays within 10 mm and 20 mrad of its place until the end, at least over the last 15 s of 80 s" in told[0]
     assert told[1:] == [
         "one arrives from every start, against every reference: 40 of 40.",
         "two arrives from 10 of 40 starts: 10 of 20 against rest; none against line.",
-        "two lost 10 followers: they ran away, tipped over, or were commanded no number.",
+        "two lost 10 followers: each ran away, tipped over, or was commanded no number.",
     ]
 
 
 def test_friction_beyond_the_floor_s_is_told() -> None:
     runs = campaign_starts(("one",), ("rest",), count=4, share=1.0)
     runs["peak_utilisation"] = [0.2, 1.0, 3.0, math.inf]
-    assert "one asked for more friction than the floor has in 3 of 4 runs." in verdicts(runs, cells(runs), tree())
+    told = campaign_verdicts(runs, cells(runs), tree())
+    assert "one asked for more friction than the floor has in 3 of 4 runs." in told
     title = next(a["title"] for _, a in Elements(page_of(runs)).found if a.get("class") == "cell")
     assert title is not None
     assert "Friction utilisation up to infinity: a wheel bears no load." in title
@@ -142,7 +143,7 @@ def test_friction_beyond_the_floor_s_is_told() -> None:
 def test_a_reference_that_a_law_was_not_run_against_is_blank() -> None:
     parts = campaign_starts(("one",), ("rest", "line"), count=5), campaign_starts(("two",), ("line",), count=5)
     runs = pd.concat(parts)
-    assert payload(runs, tree())["starts"][1][0] is None
+    assert campaign_payload(runs, tree())["starts"][1][0] is None
     assert ["two", "not run"] == next(row for row in Elements(page_of(runs)).rows if row[0] == "two")[:2]
 
 

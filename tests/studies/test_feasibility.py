@@ -14,17 +14,9 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 import tolerances as tol
-from nhtrack.analysis.demand import (
-    LIMITS,
-    Motion,
-    bindings,
-    demands,
-    largest_factors,
-    motion_of,
-    predictions,
-    rounded_up,
-    wheel_uses,
-)
+from nhtrack.analysis.demand import demands, predictions, wheel_uses
+from nhtrack.analysis.motion import IdealMotion, motion_of
+from nhtrack.analysis.speedup import LIMITS, bindings, largest_factors, rounded_up
 from nhtrack.config.scenario import Scenario
 from nhtrack.errors import FeasibilityError, ScenarioError
 from nhtrack.experiment.build import build
@@ -59,7 +51,7 @@ def case(*overrides: str) -> Scenario:
     return load_text(CASE, overrides=overrides)
 
 
-def sped_up(motion: Motion, factor: float) -> Motion:
+def sped_up(motion: IdealMotion, factor: float) -> IdealMotion:
     """Returns the motion with its time divided by a factor, THEORY 6 with L = 1."""
     squared = factor**2
     return motion._replace(
@@ -71,12 +63,14 @@ def sped_up(motion: Motion, factor: float) -> Motion:
     )
 
 
-def at_one_place(v: np.ndarray, omega: np.ndarray, u_x: np.ndarray, u_theta: np.ndarray, theta: float = 0.0) -> Motion:
+def at_one_place(
+    v: np.ndarray, omega: np.ndarray, u_x: np.ndarray, u_theta: np.ndarray, theta: float = 0.0
+) -> IdealMotion:
     """Returns a motion of one instant, at the origin."""
-    return Motion(np.zeros(1), np.array([[0.0, 0.0, theta]]), v, omega, u_x, u_theta)
+    return IdealMotion(np.zeros(1), np.array([[0.0, 0.0, theta]]), v, omega, u_x, u_theta)
 
 
-def shares(motion: Motion, drive: DiffDrive, ground: Ground) -> dict[str, float]:
+def shares(motion: IdealMotion, drive: DiffDrive, ground: Ground) -> dict[str, float]:
     """Returns the largest share of each limit, from the reduced model and the motor themselves."""
     gravity, friction = ground.gravity_at(motion.g[..., 2]), ground.friction_at(drive.wheel_places(motion.g))
     torque, speed = drive.wheel_torques(*motion.rates, gravity), drive.wheel_speeds(motion.v, motion.omega)

@@ -10,7 +10,7 @@ import pytest
 from elements import Elements
 from nhtrack.report.page import render_page
 from nhtrack.studies.fidelity.bench import Finding
-from nhtrack.studies.fidelity.report import fidelity_page, used, verdicts
+from nhtrack.studies.fidelity.report import fidelity_page, fidelity_verdicts, used
 from nhtrack.studies.fidelity.suite import CHECKS, GROUPS, command, tasks
 from reports import HOSTILE
 
@@ -59,12 +59,12 @@ def test_what_is_not_finite_is_broken_beyond_all_bounds() -> None:
 
 def test_budgets_kept_and_broken_are_told() -> None:
     one, other = finding(), finding(9e-10, check="creep", robot="burger")
-    assert verdicts([one, other]) == [
+    assert fidelity_verdicts([one, other]) == [
         "All 2 budgets are kept by 2 robots, nh_mini and burger.",
         "Of those kept, creep of burger is nearest to its budget and uses 90 % of it.",
     ]
     bad, odd = finding(1.0, cause="somebody pushed it"), finding(1.0, check="energy", explained=True)
-    told = verdicts([one, bad, odd])
+    told = fidelity_verdicts([one, bad, odd])
     assert told[0] == "1 of 3 budgets are kept by robot nh_mini."
     assert told[1] == "One budget is broken for a reason that docs/fidelity.md gives."
     assert "nh_mini, drift at rest: 1 m/s where the budget is at most 1e-09 m/s; somebody pushed it." in told

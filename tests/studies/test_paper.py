@@ -20,7 +20,7 @@ from nhtrack.network import Network
 from nhtrack.plots.graph import graph
 from nhtrack.studies.feasibility.run import ideal_motion
 from nhtrack.studies.paper.examples import EXAMPLES, ExampleError, examples_of
-from nhtrack.studies.paper.figure import START, leader_motion, panels, reference_path, together, tracks
+from nhtrack.studies.paper.figure import START, leader_motion, panels, reference_path, side_by_side, tracks
 from nhtrack.studies.paper.page import angle, initial_conditions
 from nhtrack.studies.run.run import simulate
 from recordings import synthetic_recording
@@ -79,7 +79,7 @@ def test_mujoco_lies_over_a_broad_ideal_twin():
 def test_two_runs_share_one_plot_and_their_start_is_marked():
     one, other = synthetic_recording(1, samples=101), synthetic_recording(1, samples=101)
     other["pose"].values[:, 1, 1] *= -1
-    figure = panels(together({"pi": one, "minus pi": other}), (0.25, 1.0), "title", shared_start=1)
+    figure = panels(side_by_side({"pi": one, "minus pi": other}), (0.25, 1.0), "title", shared_start=1)
     assert len(figure.axes) == 2
     for axes, last in zip(figure.axes, (25, 100), strict=True):
         for colour, run in zip((ROOT, *FOLLOWERS[:2]), (one, one, other), strict=True):

@@ -14,8 +14,8 @@ from nhtrack.experiment.load import load
 from nhtrack.recording import Recording
 from nhtrack.report.page import render_page
 from nhtrack.studies.paper.examples import EXAMPLES, Example
-from nhtrack.studies.paper.report import Section, Table, paper_page, verdicts
-from nhtrack.studies.paper.report_sections import CLAIMS, Merit, command, merit, sections
+from nhtrack.studies.paper.report import ExampleSection, WordTable, paper_page, paper_verdicts
+from nhtrack.studies.paper.report_sections import CLAIMS, Merit, merit, paper_command, sections
 from nhtrack.studies.paper.result import ExampleRuns
 from recordings import synthetic_recording
 from reports import HOSTILE, whole_recording
@@ -79,9 +79,9 @@ def test_an_example_is_told_from_its_runs() -> None:
     assert [row[0] for row in section.merits] == ["example3_pi", "example3_minus_pi"]
     found = merit(runs.wheels["example3_pi"])
     scale = runs.wheels["example3_pi"].length_scale
-    within = re.search(r"In example3_pi followers (?:do not )?settle within .*?: they are within ([\d.]+) m", told)
+    within = re.search(r"In example3_pi followers (?:do not )?settle within .*?: they are within ([\d.]+) mm", told)
     assert within is not None
-    assert float(within[1]) == pytest.approx(found.late / scale, rel=5e-3)
+    assert float(within[1]) == pytest.approx(1e3 * found.late / scale, rel=5e-3)
     assert section.mark == found.mark
 
 
@@ -98,21 +98,21 @@ def test_a_report_without_wheels_speaks_of_none() -> None:
     (section,) = sections([runs], Path("paper"))
     assert section.merits[0][3] == section.merits[0][5] == section.merits[0][6] == "-"
     assert "Wheels" not in " ".join(section.verdicts)
-    assert command([runs]) == "nhtrack paper --examples 5 --backend ideal"
-    assert command([runs_of(EXAMPLES[1])]) == "nhtrack paper --examples 1"
+    assert paper_command([runs]) == "nhtrack paper --examples 5 --backend ideal"
+    assert paper_command([runs_of(EXAMPLES[1])]) == "nhtrack paper --examples 1"
 
 
 def test_every_example_has_a_claim() -> None:
     assert set(CLAIMS) == set(EXAMPLES)
 
 
-def section(number: int, mark: str, text: str = "text") -> Section:
-    table = Table(text, (text, text), [(text, text)])
-    return Section(number, text, text, text, mark, [text], [], [[text] * 7], [table], [text])
+def section(number: int, mark: str, text: str = "text") -> ExampleSection:
+    table = WordTable(text, (text, text), [(text, text)])
+    return ExampleSection(number, text, text, text, mark, [text], [], [[text] * 7], [table], [text])
 
 
 def test_examples_are_summed_up() -> None:
-    told = verdicts([section(1, "near"), section(2, "reached"), section(3, "near")])
+    told = paper_verdicts([section(1, "near"), section(2, "reached"), section(3, "near")])
     assert told[0].startswith("In Example 2 it is as claimed")
     assert told[1].startswith("In Examples 1 and 3 followers come near")
 

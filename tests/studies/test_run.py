@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -47,6 +48,21 @@ def test_a_run_that_fails_to_start_leaves_no_folder(tmp_path: Path) -> None:
     with pytest.raises(AssertionError):
         run_scenario(load("tour/hello", IDEAL), tmp_path / "results")
     assert not (tmp_path / "results").exists()
+
+
+@pytest.mark.parametrize(("backend", "last"), [("ideal", "ideal twin"), ("mujoco", "MuJoCo")])
+def test_an_interrupted_run_keeps_recording_and_summary(backend: str, last: str, tmp_path: Path) -> None:
+    def stage(name: str) -> Callable[[int, int], None]:
+        def report(done: int, _: int) -> None:
+            if name == last and done > 8:
+                raise KeyboardInterrupt
+
+        return report
+
+    outcome = run_scenario(load("tour/hello", [f"backend={backend}"]), tmp_path, stage=stage)
+    assert outcome.recording.outcome == "interrupted"
+    assert 8 < len(outcome.recording.time) < 2401
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["recording.nc", "summary.json"]
 
 
 def test_a_folder_never_holds_the_files_of_two_runs(tmp_path: Path) -> None:

@@ -175,7 +175,7 @@ def test_a_fleet_s_discs_leave_their_neighbours_places_and_its_robots_their_smal
 def marks(scene, line, frame: int, distance: float = 1.0) -> list[dict]:
     """Returns what a film's floor marks add to the scene in a frame: type, colour and ends or centre of each."""
     visual = mujoco.MjvScene(scene.model, 5000)
-    floor.Floor(scene, line, 1.0, 480, shadows=False).add(visual, frame, distance)
+    floor.FloorLines(scene, line, 1.0, 480, shadows=False).add(visual, frame, distance)
     found = []
     for geom in visual.geoms[: visual.ngeom]:
         start, along = geom.pos.copy(), geom.mat[:, 2] * geom.size[2]
@@ -319,7 +319,7 @@ def test_panel_tells_the_time_and_each_followers_error():
     line = line_of(recording)
     panel = overlay.Overlay(recording, line, (640, 480))
     assert panel.clock_text(3) == f"t = {line.time[3]:5.1f} s    {line.speed:g}x"
-    expected = [(f"f{k}  {letters.length(line.distance[3, k])}", robot_colour(k)) for k in (1, 2, 3)]
+    expected = [(f"f{k}  {letters.running_length(line.distance[3, k])}", robot_colour(k)) for k in (1, 2, 3)]
     assert panel.error_lines(3) == expected
     assert len({text for text, _ in expected}) == 3
 
@@ -331,7 +331,7 @@ def test_panel_tells_how_far_the_furthest_twin_is():
     twin[:, 0] = line.pose[:, 0]
     panel = overlay.Overlay(recording, replace(line, twin=twin), (640, 480))
     apart = np.hypot(*(twin - line.pose)[3, 1, :2])
-    assert panel.gap_lines(3) == [f"from ideal  {letters.length(apart)}"]
+    assert panel.gap_lines(3) == [f"from ideal  {letters.running_length(apart)}"]
 
 
 @pytest.mark.slow

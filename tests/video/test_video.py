@@ -146,7 +146,7 @@ def test_coincident_robots_show_the_last():
     ],
 )
 def test_lengths_have_a_unit_that_suits_them(metres, text):
-    assert letters.length(metres) == text
+    assert letters.running_length(metres) == text
 
 
 # --- pictures ---------------------------------------------------------------------------------------------------------

@@ -19,6 +19,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from nhtrack.recording import COMPONENTS, Recording
+from nhtrack.simulation.faults import REASONS, TIPPED_OVER
 
 # Friction utilisation from which a wheel is at its limit: contact forces of a sliding wheel are within 1e-5 of 1.
 AT_LIMIT = 0.99
@@ -40,11 +41,9 @@ LEANING = np.radians(5.0)
 # [s] Spells closer together than this are one event: no figure shows such a break, and no robot recovers within it.
 GAP = 0.1
 
-TIPPED_OVER = "tipped over"  # reason of the `SimulationDiverged` of a robot on its side
-
 _ROUNDING = 1e-9  # [s] of times that are sums of periods
 
-Kind = Literal["slipping", "wheel off the floor", "stuck", "leaning", "tipped"]
+EventKind = Literal["slipping", "wheel off the floor", "stuck", "leaning", "tipped"]
 
 
 @dataclass(frozen=True)
@@ -62,7 +61,7 @@ class Event:
         unit: unit of `worst`.
     """
 
-    kind: Kind
+    kind: EventKind
     robot: str
     wheel: str | None
     start: float
@@ -96,7 +95,7 @@ def find_events(recording: Recording) -> tuple[Event, ...]:
 
 def sentences(events: Sequence[Event]) -> tuple[str, ...]:
     """Returns one sentence for each robot and kind: for how long, since when, how bad."""
-    groups: dict[tuple[str, Kind], list[Event]] = {}
+    groups: dict[tuple[str, EventKind], list[Event]] = {}
     for event in events:
         groups.setdefault((event.robot, event.kind), []).append(event)
     return tuple(f"{robot} {_sentence(kind, group)}" for (robot, kind), group in groups.items())
@@ -132,7 +131,7 @@ class EventRule:
         worst: takes the badness of an event's rows to that of the event.
     """
 
-    kind: Kind
+    kind: EventKind
     measure: str
     unit: str
     condition: Callable[[Recording], Condition]
@@ -215,7 +214,7 @@ def _events_of(recording: Recording, rule: EventRule) -> list[Event]:
             rule.measure, float(rule.worst(badness[rows, i])), rule.unit,
         )
         for i, robot in enumerate(recording.robots)
-        for rows in joined(robots[:, i], time)
+        for rows in joined_spells(robots[:, i], time)
     ]  # fmt: skip
 
 
@@ -237,7 +236,7 @@ def lasting(holds: np.ndarray, time: np.ndarray, shortest: float) -> np.ndarray:
     return kept
 
 
-def joined(holds: np.ndarray, time: np.ndarray) -> list[slice]:
+def joined_spells(holds: np.ndarray, time: np.ndarray) -> list[slice]:
     """Returns the rows of each event: of the spells of `holds`, those less than `GAP` apart joined."""
     first, last = spells(holds)
     if not len(first):
@@ -261,7 +260,7 @@ def _begins(time: np.ndarray) -> np.ndarray:
 def _tipping(recording: Recording) -> list[Event]:
     """Returns the event of a robot that tipped over, at the end of the period that was not recorded any more."""
     ended = recording.divergence
-    if ended is None or ended.reason != TIPPED_OVER:
+    if ended is None or ended.reason != REASONS[TIPPED_OVER]:
         return []
     robot, time = ended.robot, ended.time
     tilt = recording["tilt"].values[:, recording.robots.index(robot)]
@@ -270,7 +269,7 @@ def _tipping(recording: Recording) -> list[Event]:
 
 # In words -------------------------------------------------------------------------------------------------------------
 
-_SENTENCES: dict[Kind, str] = {
+_SENTENCES: dict[EventKind, str] = {
     "slipping": "slid: a wheel was at its friction limit for {seconds:.2g} s, first at {first:.3g} s, "
     "sliding at up to {worst:.2g} m/s",
     "wheel off the floor": "lifted {wheels}: off the floor for {seconds:.2g} s, first at {first:.3g} s",
@@ -281,7 +280,7 @@ _SENTENCES: dict[Kind, str] = {
 }
 
 
-def _sentence(kind: Kind, events: Sequence[Event]) -> str:
+def _sentence(kind: EventKind, events: Sequence[Event]) -> str:
     worst = max(event.worst for event in events)
     wheels = {event.wheel for event in events}
     return _SENTENCES[kind].format(

@@ -41,15 +41,16 @@ def validate(
 def _account(loaded: Scenario | Campaign) -> str:
     """Returns what a scenario amounts to on the robot, or how much a campaign asks for."""
     from nhtrack.config.campaign import Campaign
+    from nhtrack.presentation.numbers import counted
 
     if isinstance(loaded, Campaign):
         runs = len(loaded.laws) * len(loaded.families) * loaded.starts.count
-        return f"{len(loaded.laws)} laws, {len(loaded.families)} references, {runs} runs, {loaded.backend} backend"
+        laws, references = counted(len(loaded.laws), "law"), counted(len(loaded.families), "reference")
+        return f"{laws}, {references}, {counted(runs, 'run')}, {loaded.backend} backend"
     scenario = loaded
     auto = scenario.similarity.time == "auto"
     time = "a time yet to be found" if auto else f"{scenario.periods / scenario.control_rate:g} s"
-    count = len(scenario.followers)
-    return f"{count} follower{'s' * (count > 1)}, {time} on the robot's clock, {scenario.law.name} law"
+    return f"{counted(len(scenario.followers), 'follower')}, {time} on the robot's clock, {scenario.law.name} law"
 
 
 @app.command()

@@ -15,7 +15,7 @@ from nhtrack.config.law_sections import LawSection
 from nhtrack.config.tree import Path, dotted, lookup, parse_path, plain_value
 from nhtrack.errors import Fault, ScenarioError
 
-# A law by its name, by its Python file, or written out with its gains.
+# A law by its name, by its Python file, or written out with its gains, as a mapping or in YAML.
 LawChoice: TypeAlias = str | FilePath | Mapping[str, Any] | LawSection
 
 
@@ -52,7 +52,8 @@ def overrides_of(
     """
     given = [set] if isinstance(set, str) else set
     texts = [f"{key}={value_text(value)}" for key, value in given.items()] if isinstance(given, Mapping) else [*given]
-    named = {"law": law, "robot": robot, "duration": duration, "backend": backend, "seed": seed}
+    texts += [f"law={law}"] if _is_mapping(law) else [f"law={value_text(law)}"] if law is not None else []
+    named = {"robot": robot, "duration": duration, "backend": backend, "seed": seed}
     return texts + [f"{key}={value_text(value)}" for key, value in named.items() if value is not None]
 
 
@@ -65,6 +66,11 @@ def value_text(value: Any) -> str:
     if isinstance(value, str) and _is_word(value):
         return value
     return json.dumps(value, default=_plain)
+
+
+def _is_mapping(law: object) -> bool:
+    """Returns whether a law is written out as a YAML flow mapping, as it is on the command line."""
+    return isinstance(law, str) and law.lstrip().startswith("{")
 
 
 def _is_word(text: str) -> bool:

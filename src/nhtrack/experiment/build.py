@@ -57,6 +57,13 @@ class Experiment:
     robot: RobotModels
     every: int = 1
 
+    @property
+    def size(self) -> float:
+        """The larger of the scenario's length unit and the farthest place in its formation [m]."""
+        offsets = self.tracking.offsets
+        farthest = 0.0 if offsets is None else float(np.hypot(*offsets.T).max())
+        return max(self.similarity.length, farthest)
+
     def rollout(
         self,
         simulation: CompiledSimulation,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from math import pi
 
 import numpy as np
@@ -35,9 +36,10 @@ def motion_limits(drive: DiffDrive, ground: Ground, utilisation: float, speed: f
     """
     v = _SPEED * drive.motor.no_load_speed * drive.wheel_radius if speed is None else speed
     friction = min([ground.friction, *(patch.friction for patch in ground.patches)])
+    everywhere = replace(ground, friction=friction, patches=())
 
     def fits(grip: float) -> bool:
-        return _fits(drive, ground, friction, utilisation, (v, *_rates(drive, v, grip)))
+        return _fits(drive, everywhere, utilisation, (v, *_rates(drive, v, grip)))
 
     least, most = 1e-3 * GRAVITY, max(friction, 1e-3) * GRAVITY
     if not fits(least):
@@ -53,9 +55,7 @@ def _rates(drive: DiffDrive, v: float, grip: float) -> tuple[float, float, float
     return grip / v, _TRACTION * grip, _TRACTION * grip / drive.half_separation
 
 
-def _fits(
-    drive: DiffDrive, ground: Ground, friction: float, utilisation: float, limits: tuple[float, float, float, float]
-) -> bool:
+def _fits(drive: DiffDrive, ground: Ground, utilisation: float, limits: tuple[float, float, float, float]) -> bool:
     """Returns whether all motions within limits (v, omega, u_x, u_theta) keep their wheels and motors.
 
     At one yaw rate and heading, torques are linear and utilisation is quasiconvex in (v, u_x, u_theta), so the corners
@@ -72,7 +72,8 @@ def _fits(
         headings,
     )
     gravity = ground.gravity_at(theta)
-    used = drive.friction_utilisation(v, omega, u_x, u_theta, friction, gravity)
+    poses = np.stack([np.zeros_like(theta), np.zeros_like(theta), theta], axis=-1)
+    used = drive.predicted_utilisation(ground, poses, v, omega, u_x, u_theta)
     torque = drive.wheel_torques(v, omega, u_x, u_theta, gravity)
     held = drive.motor.saturate(torque, drive.wheel_speeds(v, omega))
     return bool((used <= utilisation).all() and (held == torque).all())

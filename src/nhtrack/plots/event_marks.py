@@ -10,8 +10,9 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from matplotlib.transforms import ScaledTranslation
 
-from nhtrack.analysis.events import Event, Kind
+from nhtrack.analysis.events import Event, EventKind
 from nhtrack.colours import INK, robot_colour
+from nhtrack.presentation.numbers import counted
 from nhtrack.presentation.shown import CROWD, Span, covered
 from nhtrack.recording import Recording
 
@@ -31,7 +32,7 @@ def mark_events(
     axes: Axes,
     recording: Recording,
     events: Sequence[Event],
-    kinds: Sequence[Kind],
+    kinds: Sequence[EventKind],
     *,
     bars: bool = True,
     names: bool = True,
@@ -99,7 +100,7 @@ def _write_name(axes: Axes, events: Sequence[Event], last: float, below: float, 
     if not events:
         return below
     robots = len({event.robot for event in events})
-    count = f": {robots} robot{'s' if robots > 1 else ''}" if crowd else ""
+    count = f": {counted(robots, 'robot')}" if crowd else ""
     start, end = max((_span(event, last) for event in events), key=lambda span: span[1] - span[0])
     early = start + end <= last
     axes.annotate(

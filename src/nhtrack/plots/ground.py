@@ -10,6 +10,7 @@ from matplotlib.patches import Circle, Rectangle
 from nhtrack.colours import GRIP, ICE, INK
 from nhtrack.ground import Ground, Patch
 from nhtrack.plots.names import Path
+from nhtrack.presentation.numbers import degrees
 from nhtrack.presentation.shown import ground_of
 
 __all__ = ["draw_ground", "ground_of"]
@@ -43,7 +44,7 @@ def draw_ground(axes: Axes, ground: Ground) -> dict[str, Path]:
             arrowprops={"arrowstyle": "->", "color": INK, "linewidth": 0.9},
         )  # fmt: skip
         axes.annotate(
-            f"uphill, {np.degrees(ground.slope):.3g}°", (0.98, 0.80), xycoords="axes fraction", ha="right",
+            f"uphill, {degrees(ground.slope)}", (0.98, 0.80), xycoords="axes fraction", ha="right",
             fontsize=6.0, color=INK,
         )  # fmt: skip
     return {text: Path(np.stack(outlines, axis=1), INK) for text, outlines in named.items()}

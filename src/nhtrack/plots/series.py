@@ -12,19 +12,20 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from nhtrack.analysis.events import Event, Kind, find_events
-from nhtrack.analysis.metrics import heading_error, heading_gap, position_error, position_gap
+from nhtrack.analysis.events import Event, EventKind, find_events
+from nhtrack.analysis.metrics import heading_error, heading_gap, of_largest_magnitude, position_error, position_gap
 from nhtrack.colours import INK
 from nhtrack.plots.event_marks import mark_events
 from nhtrack.plots.style import column_styled
-from nhtrack.plots.time_figure import DASHED, LIMIT, Sheet, si_prefix
+from nhtrack.plots.time_figure import DASHED, LIMIT, Sheet
+from nhtrack.presentation.numbers import common_prefix, quantity
 from nhtrack.presentation.shown import CROWD
 from nhtrack.recording import Recording
 
 __all__ = ["errors", "gap", "inputs", "slip"]
 
 # What concerns which panel of `slip`: a wheel that loses the floor shows in the loads, one that spins in the friction.
-_SLIP_EVENTS: tuple[tuple[Kind, ...], ...] = (
+_SLIP_EVENTS: tuple[tuple[EventKind, ...], ...] = (
     ("slipping", "tipped"),
     ("slipping", "tipped"),
     ("wheel off the floor", "leaning", "tipped"),
@@ -73,7 +74,7 @@ def errors(recording: Recording, events: Sequence[Event] | None = None) -> Figur
     sheet.panels[2].axhline(0.0, color="#999999", linewidth=0.6, zorder=1)
     followers = [event for event in _known(events, recording) if event.robot != recording.robots[0]]
     for row, axes in enumerate(sheet.panels):
-        mark_events(axes, recording, followers, get_args(Kind), bars=False, names=row == 0)
+        mark_events(axes, recording, followers, get_args(EventKind), bars=False, names=row == 0)
     return sheet.finished()
 
 
@@ -88,7 +89,7 @@ def gap(recording: Recording, events: Sequence[Event] | None = None) -> Figure |
     if recording.backend == "ideal" or "ideal_pose" not in recording.dataset:
         return None
     values = position_gap(recording), np.abs(heading_gap(recording))
-    scales = [si_prefix(each) for each in values]
+    scales = [common_prefix(each) for each in values]
     panels = [
         ("distance from the ideal twin", f"position gap [{scales[0][1]}m]"),
         ("angle from the ideal twin", f"heading gap [{scales[1][1]}rad]"),
@@ -97,7 +98,7 @@ def gap(recording: Recording, events: Sequence[Event] | None = None) -> Figure |
     for row, (each, (factor, _)) in enumerate(zip(values, scales, strict=True)):
         sheet.draw(row, _positive(factor * each), range(len(recording.robots)), magnitude=True)
         sheet.logarithmic(row)
-        mark_events(sheet.panels[row], recording, found, get_args(Kind), names=row == 0)
+        mark_events(sheet.panels[row], recording, found, get_args(EventKind), names=row == 0)
     return sheet.finished()
 
 
@@ -108,7 +109,7 @@ def inputs(recording: Recording) -> Figure:
     torque = recording["wheel_torque"].values if "wheel_torque" in recording.dataset else None
     panels = [("forward acceleration", "input [m/s²]"), ("turning acceleration", "input [rad/s²]")]
     limit = recording.robot.torque_limit
-    factor, prefix = si_prefix(np.array([limit]) if torque is None else torque)
+    factor, prefix = common_prefix(np.array([limit]) if torque is None else torque)
     if torque is not None:
         panels += [(f"{side} wheel motor", f"torque [{prefix}N m]") for side in ("left", "right")]
     sheet = Sheet(recording, panels)
@@ -132,8 +133,8 @@ def slip(recording: Recording, events: Sequence[Event] | None = None) -> Figure 
         return None
     lateral, longitudinal, load, utilisation = (recording[name].values for name in _SLIP_VARIABLES)
     ideal, places = recording.backend == "ideal", range(len(recording.robots))
-    slips = [] if ideal else [lateral, _of_largest_magnitude(longitudinal)]
-    scales = [si_prefix(values) for values in slips]
+    slips = [] if ideal else [lateral, of_largest_magnitude(longitudinal)]
+    scales = [common_prefix(values) for values in slips]
     titles = ("sideways slip, axle midpoint", "slip along the rolling direction, worse wheel")
     panels = [(title, f"slip [{prefix}m/s]") for title, (_, prefix) in zip(titles, scales, strict=False)]
     panels.append(("wheel load, left solid, right dashed", "load [N]"))
@@ -176,7 +177,7 @@ def _draw_torque_limit(axes: Axes, limit: float, unit: str) -> None:
         return
     largest = float(np.abs(axes.get_ylim()).max())
     if largest < _NEAR * limit:
-        axes.annotate(f"motor limit: {limit:.3g} {unit}", (1.0, 1.0), xytext=(-2, -1), va="top", **_LIMIT_TEXT)
+        axes.annotate(f"motor limit: {quantity(limit, unit)}", (1.0, 1.0), xytext=(-2, -1), va="top", **_LIMIT_TEXT)
         return
     for sign in (-1.0, 1.0):
         axes.axhline(sign * limit, **LIMIT)
@@ -206,9 +207,3 @@ def _frame_loads(axes: Axes, load: np.ndarray) -> None:
         axes.set_ylim(0.0, 1.08 * heaviest)
     else:
         axes.set_ylim(0.85 * lightest, 1.15 * heaviest)
-
-
-def _of_largest_magnitude(values: np.ndarray) -> np.ndarray:
-    """Returns, of two wheels, the value of larger magnitude with its sign, shape (..., 2) -> (...)."""
-    left, right = values[..., 0], values[..., 1]
-    return np.where(np.abs(left) >= np.abs(right), left, right)

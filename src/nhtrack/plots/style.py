@@ -22,13 +22,14 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.transforms import ScaledTranslation, Transform
 
-from nhtrack.colours import INK
+from nhtrack.colours import INK, robot_dashes
 from nhtrack.plots.margins import EDGE, line_height
 from nhtrack.recording import Recording
 
 __all__ = [
     "COLUMN",
     "column_styled",
+    "line_style",
     "panel_title",
     "plain",
     "run_title",
@@ -140,6 +141,12 @@ def plain(text: str) -> str:
 def panel_title(axes: Axes, letter: str, text: str) -> None:
     """Writes `(letter) text` above a panel."""
     axes.set_title(f"({letter}) {text}", color=INK)
+
+
+def line_style(index: int) -> Any:
+    """Returns the style of a robot's lines by its place in the palette, see `nhtrack.colours.robot_dashes`."""
+    dashes = robot_dashes(index)
+    return (0, dashes) if dashes else "-"
 
 
 def time_axes(panels: np.ndarray, recording: Recording) -> None:

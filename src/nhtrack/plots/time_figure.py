@@ -33,7 +33,7 @@ from nhtrack.plots.style import COLUMN, panel_title, run_title, time_axes, write
 from nhtrack.presentation.shown import CROWD
 from nhtrack.recording import Recording
 
-__all__ = ["DASHED", "LIMIT", "Sheet", "si_prefix"]
+__all__ = ["DASHED", "LIMIT", "Sheet"]
 
 DASHED: dict[str, Any] = {"linestyle": (0, (3, 1.5))}
 LIMIT: dict[str, Any] = {"color": INK, "linewidth": 0.7, "linestyle": (0, (6, 3)), "zorder": 2}
@@ -171,13 +171,3 @@ class Sheet:
                 names, colours, values = zip(*ends, strict=True)
                 name_ends(axes, names, colours, np.array(values))
         return self.figure
-
-
-def si_prefix(values: np.ndarray) -> tuple[float, str]:
-    """Returns the factor and the SI prefix with which the largest value reads as 1 to 1000."""
-    finite = np.abs(values[np.isfinite(values)])
-    largest = float(finite.max()) if finite.size else 0.0
-    for factor, prefix in ((1.0, ""), (1e3, "m"), (1e6, "µ")):
-        if factor * largest >= 1.0 or largest == 0.0:
-            return factor, prefix
-    return 1e9, "n"

@@ -10,6 +10,7 @@ from matplotlib.patches import Polygon
 
 from nhtrack import se2
 from nhtrack.colours import INK
+from nhtrack.presentation.numbers import quantity
 from nhtrack.recording import Recording
 
 __all__ = [
@@ -108,6 +109,4 @@ def draw_dart(axes: Axes, pose: np.ndarray, length: float, **look: Any) -> None:
 
 def scale_note(footprint: Footprint) -> str:
     """Returns a sentence for the note below a figure that draws robots as darts: how large they are."""
-    apart = 2 * footprint.half_separation
-    length = f"{apart:.3g} m" if apart >= 1.0 else f"{1e3 * apart:.3g} mm"
-    return f"Darts not to scale: wheels {length} apart."
+    return f"Darts not to scale: wheels {quantity(2 * footprint.half_separation, 'm')} apart."

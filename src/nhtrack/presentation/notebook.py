@@ -70,11 +70,17 @@ def html_of(view: NotebookView) -> str:
     return _template().render(view=view, style=Markup(_asset("view.css")))
 
 
-def drawing(figure: Figure, text: str) -> PageImage:
-    """Returns a figure as a picture that stays sharp at any size."""
+def drawing(figure: Figure, text: str, scale: float = 1.4) -> PageImage:
+    """Returns a figure as a picture that stays sharp at any size.
+
+    Args:
+        figure: the drawing.
+        text: what it shows.
+        scale: how much larger than in print it is shown: letters in a column of a journal are small.
+    """
     stream = io.BytesIO()
     figure.savefig(stream, **_SVG)
-    return PageImage(data_url("image/svg+xml", stream.getvalue()), text, round(1.5 * _INCH * figure.get_figwidth()))
+    return PageImage(data_url("image/svg+xml", stream.getvalue()), text, round(scale * _INCH * figure.get_figwidth()))
 
 
 def photograph(pixels: Array, text: str) -> PageImage:

@@ -9,11 +9,12 @@ from nhtrack.presentation.numbers import quantity, share
 from nhtrack.recording import Recording
 from nhtrack.settling import LATE, SettlingLimits
 
-__all__ = ["CROWD", "Span", "covered", "ground_of", "settled_note", "within"]
+__all__ = ["CROWD", "Room", "Span", "covered", "ground_of", "settled_note", "short_name", "within"]
 
 CROWD = 7  # more followers than this are drawn as a band: single curves could no longer be told apart
 
-Span = tuple[float, float]
+Span = tuple[float, float]  # start and end [s]
+Room = tuple[float, float, float, float]  # a part of the floor: x_min, x_max, y_min, y_max [m]
 
 
 def covered(spans: Iterable[Span]) -> list[Span]:
@@ -30,6 +31,11 @@ def covered(spans: Iterable[Span]) -> list[Span]:
 def ground_of(recording: Recording) -> Ground:
     """Returns what the robots of a recording stood on."""
     return recording.scene.ground if recording.has_scene else Ground()
+
+
+def short_name(name: str) -> str:
+    """Returns the number at the end of a robot's name, or its first letter."""
+    return name[len(name.rstrip("0123456789")) :] or name[0]
 
 
 def within(limits: SettlingLimits) -> str:

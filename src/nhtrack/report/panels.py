@@ -8,14 +8,16 @@ from typing import Any
 
 import numpy as np
 
-from nhtrack.analysis.metrics import heading_error, heading_gap, position_error, position_gap
-from nhtrack.colours import BAND_COLOUR, robot_colour
+from nhtrack.analysis.metrics import heading_error, heading_gap, of_largest_magnitude, position_error, position_gap
+from nhtrack.colours import BAND_COLOUR, robot_colour, robot_dashes
+from nhtrack.presentation.numbers import common_prefix
 from nhtrack.presentation.shown import CROWD
 from nhtrack.recording import Recording
 from nhtrack.report.downsample import extreme_rows, numbers
 
 POINTS = 120_000  # of all curves together: four megabytes, drawn within two seconds
 MOST_POINTS = 4000  # of one curve
+_WIDTH = 1.4  # [px] of curves, as `panels.js` has it
 _DECADES = 8  # of a logarithmic axis at most: below is rounding
 
 
@@ -83,7 +85,7 @@ def _slips(recording: Recording) -> Iterator[Panel]:
     group = "Wheels on the floor"
     if recording.backend != "ideal":
         yield _prefixed("sideways", group, "sideways slip of the axle", "m/s", recording["lateral_slip"].values)
-        rolling = _of_largest_magnitude(recording["longitudinal_slip"].values)
+        rolling = of_largest_magnitude(recording["longitudinal_slip"].values)
         yield _prefixed("rolling", group, "rolling slip, worse wheel", "m/s", rolling)
     use = recording["friction_utilisation"].values.max(axis=-1)
     limits = (("wheels break away", 1.0),)
@@ -92,23 +94,21 @@ def _slips(recording: Recording) -> Iterator[Panel]:
 
 def _prefixed(key: str, group: str, title: str, unit: str, values: np.ndarray) -> Panel:
     """Returns a panel in the SI unit in which its largest value reads as 1 to 1000."""
-    known = np.abs(values[np.isfinite(values)])
-    largest = float(known.max(initial=0.0))
-    prefixes = ((1.0, ""), (1e3, "m"), (1e6, "µ"))
-    factor, prefix = next((f for f in prefixes if f[0] * largest >= 1.0 or largest == 0.0), (1e9, "n"))
+    factor, prefix = common_prefix(values)
     return Panel(key, group, title, prefix + unit, factor * values)
-
-
-def _of_largest_magnitude(values: np.ndarray) -> np.ndarray:
-    """Returns, of two wheels, the value of larger magnitude with its sign, shape (..., 2) -> (...)."""
-    left, right = values[..., 0], values[..., 1]
-    return np.where(np.abs(left) >= np.abs(right), left, right)
 
 
 def colours_of(recording: Recording) -> list[str]:
     """Returns the colours of the robots as the scene has them, or those of their places."""
     spec = recording.scene if recording.has_scene else None
     return [robot_colour(place) if spec is None else spec.colour(place) for place in range(len(recording.robots))]
+
+
+def dash_of(recording: Recording, place: int) -> str:
+    """Returns how the line of a robot is broken, as the page's library has it; solid for robots of a single run."""
+    places = recording.scene.colours if recording.groups and recording.has_scene else ()
+    dashes = robot_dashes(places[place]) if places else ()
+    return ",".join(f"{_WIDTH * part:.3g}px" for part in dashes) or "solid"
 
 
 def _curves(panel: Panel, recording: Recording) -> list[tuple[dict[str, Any], np.ndarray]]:
@@ -125,9 +125,13 @@ def _curves(panel: Panel, recording: Recording) -> list[tuple[dict[str, Any], np
     for look, places in bands:
         members = panel.values[:, [place for place in places if known[place]]]
         if members.size:
-            curves.append((look, spread(members)))
+            curves.append((look, band_of(members)))
     return curves + [
-        ({"name": recording.robots[place], "colour": colours[place]}, panel.values[:, [place]]) for place in alone
+        (
+            {"name": recording.robots[place], "colour": colours[place], "dash": dash_of(recording, place)},
+            panel.values[:, [place]],
+        )
+        for place in alone
     ]
 
 
@@ -137,12 +141,15 @@ def _bands(recording: Recording, colours: list[str]) -> list[tuple[dict[str, Any
     groups = recording.groups
     if not groups:
         followers = list(range(1, len(recording.robots)))
-        return [({"name": f"median of {len(followers)} followers", "colour": BAND_COLOUR}, followers)]
+        return [({"name": f"median of {len(followers)} followers", "colour": BAND_COLOUR, "dash": "solid"}, followers)]
     members = {label: [places[name] for name in names] for label, names in groups.items()}
-    return [({"name": label, "colour": colours[those[0]]}, those) for label, those in members.items()]
+    return [
+        ({"name": label, "colour": colours[those[0]], "dash": dash_of(recording, those[0])}, those)
+        for label, those in members.items()
+    ]
 
 
-def spread(members: np.ndarray) -> np.ndarray:
+def band_of(members: np.ndarray) -> np.ndarray:
     """Returns smallest, median and largest of what is known at each time, shape (t, k) -> (t, 3); NaN for none."""
     found = np.full((len(members), 3), np.nan)
     some = np.isfinite(members).any(axis=1)

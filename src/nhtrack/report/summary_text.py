@@ -9,7 +9,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from nhtrack.analysis.events import AT_LIMIT
-from nhtrack.presentation.numbers import listed, quantity, seconds, share
+from nhtrack.presentation.numbers import counted, listed, quantity, seconds, share
 from nhtrack.presentation.shown import CROWD, Span, within
 from nhtrack.recording import Recording
 from nhtrack.settling import LATE, SettlingLimits
@@ -41,7 +41,7 @@ def has_virtual_root(recording: Recording) -> bool:
     return recording.scenario.leader.virtual
 
 
-def verdicts(summary: Summary, run: About | None = None) -> list[str]:
+def run_verdicts(summary: Summary, run: About | None = None) -> list[str]:
     """Returns sentences on how the run ended, who settled, the gap to the twin, friction, motors and distances.
 
     Args:
@@ -77,7 +77,7 @@ def _outcome(summary: Summary, run: About) -> list[str]:
     where = "MuJoCo's wheel contacts" if summary["backend"] == "mujoco" else "the ideal integrator"
     count = len(summary["robots"]) - run.virtual_root
     behind = " behind a virtual leader, which has no body," if run.virtual_root else ""
-    whole = f"{count} {'robots' if count > 1 else 'robot'} ran{behind} on {where} for {seconds(summary['duration'])}"
+    whole = f"{counted(count, 'robot')} ran{behind} on {where} for {seconds(summary['duration'])}"
     outcome = summary["outcome"]
     if outcome == "completed":
         return [f"{whole}, and the run completed."]

@@ -12,7 +12,7 @@ import numpy as np
 
 from nhtrack.compiled import compiled_inside, compiled_loop
 from nhtrack.simulation.attitude import heading_of, tilt_of
-from nhtrack.simulation.faults import COMMAND, FINE, STATE, TIPPED_OVER
+from nhtrack.simulation.faults import COMMAND, FINE, TIPPED_OVER, is_lost
 from nhtrack.simulation.integrator import advance
 from nhtrack.simulation.motion import Motion, Place, Wheels, blame, copy, fill
 from nhtrack.simulation.telemetry import measure
@@ -86,12 +86,7 @@ def _read_state(wheels: Wheels, motion: Motion, b: int, robot: int) -> None:
 
 @compiled_inside
 def _is_well(wheels: Wheels, motion: Motion, b: int) -> bool:
-    for i in range(motion.g.shape[1]):
-        for c in range(3):
-            if not (math.isfinite(motion.g[b, i, c]) and math.isfinite(motion.xi[b, i, c])):
-                blame(motion, b, STATE, i, 0)
-                return False
-    if motion.fault[b, 0] != FINE:
+    if is_lost(motion.g[b], motion.xi[b], motion.reach[b], motion.fault[b]) or motion.fault[b, 0] != FINE:
         return False
     for robot in range(motion.qpos.shape[1]):
         if tilt_of(wheels.planar, motion.qpos[b, robot]) > TIPPED:

@@ -8,15 +8,11 @@ from typing import NamedTuple
 import numpy as np
 
 from nhtrack.compiled import compiled_inside, compiled_loop
-from nhtrack.simulation.faults import COMMAND, FINE, STATE
+from nhtrack.simulation.faults import COMMAND, is_lost
 from nhtrack.simulation.integrator import advance
 from nhtrack.simulation.motion import copy, fill
 from nhtrack.simulation.plant import Floor, Plant, demand_of, predicted_utilisation, saturated
 from nhtrack.simulation.track import Track, write_track
-
-# A robot this far away [m], this fast [m/s] or turned this far [rad] is out of its law's hands; sums and squares of it
-# are still finite.
-RUNAWAY = 1e12
 
 
 class Integrator(NamedTuple):
@@ -51,6 +47,7 @@ class Flow(NamedTuple):
     telemetry: np.ndarray
     fault: np.ndarray
     lost: np.ndarray
+    reach: np.ndarray
 
 
 @compiled_inside
@@ -69,22 +66,15 @@ def step_flow(integrator: Integrator, flow: Flow, b: int, u: np.ndarray) -> bool
         if not integrator.keep_going and not (math.isfinite(u[i, 0]) and math.isfinite(u[i, 1])):
             flow.fault[b, 0], flow.fault[b, 1] = COMMAND, i
             return False
-    near = True
     for i in range(u.shape[0]):
         copy(flow.u[b, i], u[i])
         copy(flow.g_before[b, i], flow.g[b, i])
         copy(flow.xi_before[b, i], flow.xi[b, i])
         advance(flow.g[b, i], flow.xi[b, i], u[i], integrator.dt)
-        for c in range(3):
-            x, v = flow.g[b, i, c], flow.xi[b, i, c]
-            if not (math.isfinite(x) and math.isfinite(v)) and flow.fault[b, 0] == FINE:
-                flow.fault[b, 0], flow.fault[b, 1] = STATE, i
-            near = near and abs(x) < RUNAWAY and abs(v) < RUNAWAY
-    if integrator.keep_going:
-        if not near:
-            _stop(flow, b)
-    elif flow.fault[b, 0] != FINE:
-        return False
+    if is_lost(flow.g[b], flow.xi[b], flow.reach[b], flow.fault[b]):
+        if not integrator.keep_going:
+            return False
+        _stop(flow, b)
     if integrator.measured and not flow.lost[b]:
         measure_flow(integrator, flow, b)
     return True

@@ -12,7 +12,7 @@ from nhtrack.ground import Ground
 from nhtrack.robots.diff_drive import DiffDrive
 from nhtrack.robots.motor import Motor
 from nhtrack.simulation import columns, flow
-from nhtrack.simulation.faults import failure_in
+from nhtrack.simulation.faults import failure_in, reach_of
 from nhtrack.simulation.integrator import advance_all
 from nhtrack.simulation.plant import floor_of, plant_of
 from nhtrack.simulation.state import Driven, State, require_rolling
@@ -47,8 +47,9 @@ class IdealSimulation:
         dt: control period [s].
         ground: what the wheels would stand on.
         virtual_root: whether the root has no wheels, of which there would be telemetry.
-        keep_going: let a simulation of a batch that runs away stop where it is, so that the others can go on; else it
+        keep_going: let a simulation of a batch that is lost stop where it is, so that the others can go on; else it
             raises SimulationDiverged.
+        size: of the scenario [m]; see `nhtrack.simulation.faults`.
     """
 
     def __init__(
@@ -60,7 +61,9 @@ class IdealSimulation:
         *,
         virtual_root: bool = False,
         keep_going: bool = False,
+        size: float = 1.0,
     ) -> None:
+        self._size = size
         self.names, self.drive, self.dt, self.ground, self.keep_going = names, drive, dt, ground or Ground(), keep_going
         self.integrator = flow.Integrator(
             dt=float(dt),
@@ -88,6 +91,7 @@ class IdealSimulation:
             telemetry=np.zeros((count, robots, columns.WIDTH)),
             fault=np.zeros((count, 3), dtype=np.int64),
             lost=np.zeros(count, dtype=np.bool_),
+            reach=reach_of(g, self._size),
         )
         self.start_time, self._periods = state.t, 0
         if self.integrator.measured:

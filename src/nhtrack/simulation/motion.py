@@ -100,6 +100,7 @@ class Motion(NamedTuple):
         telemetry: see `nhtrack.simulation.columns`, shape (b, n, 18).
         fault: why a simulation stopped, which robot, which warning; shape (b, 3).
         lost: whether it has, shape (b,).
+        reach: how far from the leader a robot has run away [m], shape (b,).
     """
 
     g: np.ndarray
@@ -119,6 +120,7 @@ class Motion(NamedTuple):
     telemetry: np.ndarray
     fault: np.ndarray
     lost: np.ndarray
+    reach: np.ndarray
 
 
 @compiled_inside

@@ -27,7 +27,7 @@ from nhtrack.errors import SimulationDiverged
 from nhtrack.ground import Ground
 from nhtrack.simulation import columns, engine, memory
 from nhtrack.simulation.contact import FrictionRow
-from nhtrack.simulation.faults import failure_in
+from nhtrack.simulation.faults import failure_in, reach_of
 from nhtrack.simulation.motion import Motion, Place, Wheels
 from nhtrack.simulation.plant import floor_of, plant_of
 from nhtrack.simulation.scene import Scene
@@ -48,6 +48,7 @@ class MujocoSimulation:
             models of one robot each.
         keep_going: let a simulation of the batch that diverges stand still where it was, so that the others can go on;
             else it raises SimulationDiverged.
+        size: of the scenario [m]; see `nhtrack.simulation.faults`.
 
     Raises:
         ValueError: dt is not a whole number of physics steps, or robots that can touch each other come without a scene
@@ -63,7 +64,9 @@ class MujocoSimulation:
         *,
         spec: SceneSpec | None = None,
         keep_going: bool = False,
+        size: float = 1.0,
     ) -> None:
+        self._size = size
         self.scene, self.spec, self.drive, self.dt, self.batch = scene, spec or scene.spec, scene.drive, dt, batch
         self.names, self.ground, self.keep_going = self.spec.robots, self.spec.ground, keep_going
         step = self.spec.timestep
@@ -122,6 +125,7 @@ class MujocoSimulation:
             telemetry=np.zeros((*robots, columns.WIDTH)),
             fault=np.zeros((count, 3), dtype=np.int64),
             lost=np.zeros(count, dtype=np.bool_),
+            reach=np.zeros(count),
         )
 
     def reset(self, state: State) -> State:
@@ -132,6 +136,7 @@ class MujocoSimulation:
             values[...] = 0
         motion.g[:], motion.xi[:] = self._batched(state.g), self._batched(state.xi)
         motion.g_before[:], motion.xi_before[:] = motion.g, motion.xi
+        motion.reach[:] = reach_of(motion.g, self._size)
         first = self.spec.first_body
         g, xi = motion.g[:, first:], motion.xi[:, first:]
         units = (-1, len(self.scene.spec.bodies), 3)

@@ -63,22 +63,3 @@ _STYLES: Mapping[Look, str | None] = {"": None, "fault": "bold red", "caution": 
 def print_line(console: Console, line: str) -> None:
     """Prints a line that stays one, however narrow the screen."""
     console.print(line, highlight=False, soft_wrap=True)
-
-
-def show_metres(value: float | None) -> str:
-    """Returns a length in the unit that reads best."""
-    if value is None:
-        return "-"
-    if value >= 1.0 or value == 0.0:
-        return f"{value:.3g} m"
-    return f"{1e3 * value:.3g} mm" if value >= 1e-6 else f"{value:.1e} m"
-
-
-def show_quantity(value: float | None, unit: str) -> str:
-    """Returns a number to three digits with its unit, `-` where there is none."""
-    return "-" if value is None else f"{value:.3g} {unit}".rstrip()
-
-
-def show_share(value: float | None) -> str:
-    """Returns a share in per cent, `-` where there is none."""
-    return "-" if value is None else f"{100 * value:.3g} %"

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import closing
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -17,9 +18,10 @@ from nhtrack.video.encode import FORMATS, Encoder, find_encoder, write_film
 from nhtrack.video.render_options import QUALITIES, SPLIT, RenderOptions
 from nhtrack.video.render_pool import Pictures, rendered
 
-__all__ = ["CAMERAS", "QUALITIES", "SPLIT", "Encoder", "find_encoder", "frames", "render"]
+if TYPE_CHECKING:
+    from nhtrack.experiment.loop import Progress
 
-Progress = Callable[[int, int], None]
+__all__ = ["CAMERAS", "QUALITIES", "SPLIT", "Encoder", "find_encoder", "frames", "render"]
 
 
 def render(

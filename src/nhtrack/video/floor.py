@@ -15,7 +15,7 @@ from nhtrack.video.bodies import fading
 from nhtrack.video.render_options import FLEET
 from nhtrack.video.timeline import LONGEST, Timeline
 
-__all__ = ["Floor"]
+__all__ = ["FloorLines"]
 
 # Heights of discs above the floor [m at nh_mini's size], lowest first
 _RING, _ROOT_DISC, _DISC_ABOVE = 0.0005, 0.0006, 0.0008
@@ -41,7 +41,7 @@ RUBBER = np.array([0.10, 0.10, 0.11, 1.0], np.float32)
 _WHITE = np.ones(3)
 
 
-class Floor:
+class FloorLines:
     """Adds a film's floor marks to a visual scene, frame by frame.
 
     Args:

@@ -66,9 +66,13 @@ class FrameRenderer:
     ) -> None:
         self._stage.close()
 
+    def scene(self, frame: int) -> np.ndarray:
+        """Returns what the camera sees in a frame, with nothing written over it."""
+        return self._stage.draw(frame)
+
     def paint(self, frame: int) -> np.ndarray:
         """Returns the picture of a frame, bytes of shape (height, width, 3)."""
-        seen = self._overlay.write(self._stage.draw(frame), frame)
+        seen = self._overlay.write(self.scene(frame), frame)
         if self._chart is None or self._beside is None:
             return seen
         width, height = self._size

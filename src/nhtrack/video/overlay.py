@@ -11,7 +11,7 @@ from nhtrack.recording import Recording
 from nhtrack.video.legend import draw_legend
 from nhtrack.video.map import Map
 from nhtrack.video.timeline import Timeline
-from nhtrack.video.typography import GREY, INK, PAPER, font, length
+from nhtrack.video.typography import GREY, INK, PAPER, font, running_length
 
 __all__ = ["Overlay"]
 
@@ -97,7 +97,7 @@ class Overlay:
         offset = self._timeline.twin[frame, :, :2] - self._timeline.pose[frame, :, :2]
         apart = np.hypot(offset[:, 0], offset[:, 1])
         known = apart[np.isfinite(apart)]
-        return [f"from ideal  {length(float(known.max()))}"] if known.size else []
+        return [f"from ideal  {running_length(float(known.max()))}"] if known.size else []
 
     def error_lines(self, frame: int) -> list[tuple[str, _Colour]]:
         """Returns lines of text and their colours: position errors of followers, of groups, or the spread of many."""
@@ -107,14 +107,14 @@ class Overlay:
         if distance.size <= _NAMED:
             names = self._recording.robots[1:]
             return [
-                (f"{name}  {length(value)}", self._colour(place))
+                (f"{name}  {running_length(value)}", self._colour(place))
                 for place, (name, value) in enumerate(zip(names, distance, strict=True), start=1)
             ]
         middle, worst = float(np.median(distance)), float(np.max(distance))
         return [
             (f"{distance.size} followers", GREY),
-            (f"median {length(middle)}", INK),
-            (f"worst  {length(worst)}", INK),
+            (f"median {running_length(middle)}", INK),
+            (f"worst  {running_length(worst)}", INK),
         ]
 
     def _group_errors(self, frame: int) -> list[tuple[str, _Colour]]:
@@ -123,7 +123,7 @@ class Overlay:
         lines: list[tuple[str, _Colour]] = [(f"worst of {most} followers", GREY)] if most > 1 else []
         for name, places in self._groups.items():
             worst = float(self._timeline.distance[frame, places].max())  # NaN where one of them is
-            lines.append((f"{name}  {'ended' if np.isnan(worst) else length(worst)}", self._colour(places[0])))
+            lines.append((f"{name}  {'ended' if np.isnan(worst) else running_length(worst)}", self._colour(places[0])))
         return lines
 
 

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from nhtrack.errors import RenderError, did_you_mean
 from nhtrack.video.camera import CAMERAS
 
-__all__ = ["CROWD", "FLEET", "QUALITIES", "SPLIT", "Quality", "RenderOptions"]
+__all__ = ["FLEET", "MANY", "QUALITIES", "SPLIT", "Quality", "RenderOptions"]
 
-CROWD = 20  # more robots than this are drawn with less
+MANY = 20  # more robots than this are drawn with less
 FLEET = 100  # more than this without parts of a pixel or two, and with signs no larger than their places
 
 SPLIT = "split"  # the group camera beside a live plot of the errors
@@ -22,7 +22,7 @@ class Quality:
     Attributes:
         samples: of each pixel (MSAA).
         shadow: texels along the shadow map's edge, 0 for no shadows.
-        crowd_shadow: the same where there are more robots than `CROWD`.
+        crowd_shadow: the same where there are more robots than `MANY`.
         slices: segments around a cylinder.
         trail: vertices of all trails together.
     """

@@ -12,8 +12,8 @@ from nhtrack.errors import RenderError
 from nhtrack.simulation.scene import Scene
 from nhtrack.video.bodies import Bodies, robot_scale, wheel_angles
 from nhtrack.video.camera import CameraPath
-from nhtrack.video.floor import Floor
-from nhtrack.video.render_options import CROWD, FLEET, QUALITIES, Quality
+from nhtrack.video.floor import FloorLines
+from nhtrack.video.render_options import FLEET, MANY, QUALITIES, Quality
 from nhtrack.video.timeline import Timeline
 
 __all__ = ["SceneRenderer"]
@@ -57,7 +57,7 @@ class SceneRenderer:
         if len(scene.spec.robots) > FLEET:
             half = np.tan(np.radians(model.vis.global_.fovy) / 2)
             self._bodies.leave_out(_VISIBLE * 2 * half * float(camera.distance.min()) / size[1])
-        self._floor = Floor(scene, timeline, robot_scale(scene), size[1], shadows)
+        self._floor = FloorLines(scene, timeline, robot_scale(scene), size[1], shadows)
         self._data, self._twin_data = mujoco.MjData(model), mujoco.MjData(model)
         self._twin_qpos = _twin_qpos(scene, timeline)
         self._visual = mujoco.MjvScene(model, 2 * model.ngeom + self._floor.room + _SPARE_GEOMS)
@@ -147,7 +147,7 @@ def _twin_qpos(scene: Scene, timeline: Timeline) -> np.ndarray | None:
 
 
 def _shadow(scene: Scene, quality: Quality) -> int:
-    return quality.crowd_shadow if len(scene.spec.robots) > CROWD else quality.shadow
+    return quality.crowd_shadow if len(scene.spec.robots) > MANY else quality.shadow
 
 
 def _set_quality(scene: Scene, size: tuple[int, int], distance: np.ndarray, wanted: Quality) -> None:
@@ -161,7 +161,7 @@ def _set_quality(scene: Scene, size: tuple[int, int], distance: np.ndarray, want
     quality, picture, planes = model.vis.quality, model.vis.global_, model.vis.map
     quality.offsamples = wanted.samples
     quality.shadowsize = max(_shadow(scene, wanted), 1)
-    crowd = len(scene.spec.robots) > CROWD
+    crowd = len(scene.spec.robots) > MANY
     quality.numslices, quality.numstacks, quality.numquads = (wanted.slices * 3 // 5 if crowd else wanted.slices), 3, 1
     if any(patch.disc is not None for patch in scene.spec.ground.patches):
         quality.numslices = 48  # a disc on the floor is many times larger than a wheel, and its corners show

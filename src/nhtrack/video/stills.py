@@ -1,4 +1,4 @@
-"""A few pictures of a run, instead of its film."""
+"""A few pictures of a run, instead of its film: small ones, so that nothing is written over them."""
 
 from __future__ import annotations
 
@@ -24,4 +24,4 @@ def stills(
     times, _ = frame_times(recording.time, look.fps, look.speed)
     with FrameRenderer(recording, look) as renderer:
         chosen = np.unique(np.linspace(0, len(renderer) - 1, count).round().astype(int))
-        return [(float(times[frame]), renderer.paint(int(frame))) for frame in chosen]
+        return [(float(times[frame]), renderer.scene(int(frame))) for frame in chosen]

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
-from typing import Any, TypeAlias
+from typing import Any
 
 import numpy as np
 
+from nhtrack.presentation.shown import Room
 from nhtrack.recording import Recording, make_recording
 from nhtrack.simulation.scene import SceneSpec
-
-Room: TypeAlias = tuple[float, float, float, float]  # x_min, x_max, y_min, y_max [m]
 
 _ROOT = "leader"  # no follower is called so here: their names end in labels
 

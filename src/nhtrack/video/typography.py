@@ -8,7 +8,7 @@ from pathlib import Path
 import matplotlib as mpl
 from PIL import ImageFont
 
-__all__ = ["GREY", "INK", "PAPER", "font", "length"]
+__all__ = ["GREY", "INK", "PAPER", "font", "running_length"]
 
 PAPER, INK, GREY = (250, 250, 252, 205), (26, 26, 26), (105, 108, 115)
 
@@ -19,7 +19,7 @@ def font(pixels: float, *, bold: bool = False) -> ImageFont.FreeTypeFont:
     return ImageFont.truetype(str(Path(mpl.get_data_path()) / "fonts" / "ttf" / name), max(round(pixels), 8))
 
 
-def length(metres: float) -> str:
+def running_length(metres: float) -> str:
     """Returns a distance with a unit that suits it; figures of constant width, so that they can be read running."""
     if math.isnan(metres):
         return "unknown"

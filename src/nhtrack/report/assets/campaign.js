@@ -5,7 +5,7 @@ const map = document.getElementById('map');
 const told = document.getElementById('told');
 const buttons = [...document.querySelectorAll('.cell')];
 const panels = data.figures.map((figure) => ({...figure, div: document.getElementById(`panel-${figure.column}`)}));
-const FATES = {arrived: 'arrived', astray: 'did not arrive', lost: 'lost: ran away, tipped over, or no number'};
+const FATES = {arrived: 'arrived', astray: 'did not arrive', lost: `lost: ${data.lost}`};
 const SETTLING = 0; // place of the settling time among the figures
 let ready = false;
 

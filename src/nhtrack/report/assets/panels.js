@@ -14,7 +14,7 @@ function panelTraces(panel) {
     ...(curve.low ? bandTraces(curve) : []),
     {
       x: curve.t, y: curve.y, mode: 'lines', name: curve.name, opacity: data.crowd && !curve.low ? 0.7 : 1,
-      line: {color: curve.colour, width: 1.4, shape: panel.held ? 'hv' : 'linear', simplify: false},
+      line: {color: curve.colour, dash: curve.dash, width: 1.4, shape: panel.held ? 'hv' : 'linear', simplify: false},
       hovertemplate: '%{fullData.name}: %{y:.4g}<extra></extra>',
     },
   ]);

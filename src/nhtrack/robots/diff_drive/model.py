@@ -18,7 +18,7 @@ from typing import NamedTuple
 import numpy as np
 
 from nhtrack.arrays import Array, namespace
-from nhtrack.ground import LEVEL, Gravity
+from nhtrack.ground import LEVEL, Gravity, Ground
 from nhtrack.robots.motor import Motor
 
 
@@ -243,6 +243,22 @@ class DiffDrive:
         """
         demand = self.friction_demand(v, omega, u_x, u_theta, gravity)
         return utilisation(demand, friction * self.wheel_loads(v, omega, u_x, u_theta, gravity))
+
+    def predicted_utilisation(
+        self, ground: Ground, g: Array, v: Array, omega: Array, u_x: Array, u_theta: Array
+    ) -> Array:
+        """Returns the predicted utilisation of each wheel on a ground, see `friction_utilisation`, shape (..., 2).
+
+        Args:
+            ground: its friction where the wheels are, and gravity in the robots' frames.
+            g: poses, shape (..., 3).
+            v: forward velocity [m/s], shape (...).
+            omega: yaw rate [rad/s].
+            u_x: forward acceleration [m/s^2].
+            u_theta: yaw acceleration [rad/s^2].
+        """
+        friction = ground.friction_at(self.wheel_places(g)) if ground.patches else ground.friction
+        return self.friction_utilisation(v, omega, u_x, u_theta, friction, ground.gravity_at(g[..., 2]))
 
     def acceleration(self, v: Array, omega: Array, torque: Array) -> Array:
         """Returns (u_x, u_theta) under wheel torques (left, right), both (..., 2); inverse of `wheel_torques`."""

@@ -11,18 +11,18 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from nhtrack.colours import robot_colour
-from nhtrack.presentation.numbers import grouped, listed, share
+from nhtrack.presentation.numbers import cell, counted, grouped, listed, percent, quantity, seconds
 from nhtrack.presentation.shown import within
 from nhtrack.report.downsample import even_rows, numbers
 from nhtrack.report.page import Page, write_page
 from nhtrack.report.scenario_listing import meanings, yaml_text
 from nhtrack.settling import SettlingLimits
-from nhtrack.studies.campaign.plots.shares import percent
+from nhtrack.simulation.faults import LOST
 
 if TYPE_CHECKING:
     import pandas as pd
 
-DIGITS = 5  # significant digits of what is drawn: a tenth of a pixel on a map
+DRAWN_DIGITS = 5  # significant digits of what is drawn: a tenth of a pixel on a map
 MOST_STARTS = 30_000  # of all maps together: two megabytes
 LEAST_STARTS = 50  # of one map
 CURVE_POINTS = 240  # of a distribution; more could not be seen
@@ -65,7 +65,7 @@ class Account:
     schema: Mapping[str, Any]
 
 
-def write(runs: pd.DataFrame, cells: pd.DataFrame, account: Account, path: Path) -> Path:
+def write_campaign_page(runs: pd.DataFrame, cells: pd.DataFrame, account: Account, path: Path) -> Path:
     """Writes the page of a campaign; the file appears under its name only once it is whole.
 
     Args:
@@ -79,14 +79,14 @@ def write(runs: pd.DataFrame, cells: pd.DataFrame, account: Account, path: Path)
 
 def campaign_page(runs: pd.DataFrame, cells: pd.DataFrame, account: Account) -> Page:
     """Returns what the page of a campaign shows. Arguments as `write`."""
-    tree, data = account.tree, payload(runs, account.tree)
+    tree, data = account.tree, campaign_payload(runs, account.tree)
     shown = sum(len(each["start"]) for law in data["starts"] for each in law if each)
     again = [("The worst run of each law again:", "\n".join(f"nhtrack run {file}" for file in account.worst.values()))]
     return Page(
         "campaign.html.j2",
         tree["name"],
         {"shares": "Shares", "starts": "Starts", "distributions": "Distributions", "campaign": "Campaign"},
-        verdicts(runs, cells, tree),
+        campaign_verdicts(runs, cells, tree),
         [("With the same versions, the campaign above, saved as a file:", "nhtrack campaign campaign.yaml"), *again],
         account.versions,
         description=tree.get("description", ""),
@@ -96,7 +96,7 @@ def campaign_page(runs: pd.DataFrame, cells: pd.DataFrame, account: Account) -> 
         contents={
             "table": list(_table(cells, data)),
             "scales": tree["similarity"],
-            "thinning": {"runs": len(runs), "shown": shown, "points": CURVE_POINTS, "digits": DIGITS},
+            "thinning": {"runs": len(runs), "shown": shown, "points": CURVE_POINTS, "digits": DRAWN_DIGITS},
             "yaml": yaml_text(tree),
             "keys": meanings(tree, account.schema),
         },
@@ -106,7 +106,7 @@ def campaign_page(runs: pd.DataFrame, cells: pd.DataFrame, account: Account) -> 
 # Numbers --------------------------------------------------------------------------------------------------------------
 
 
-def payload(runs: pd.DataFrame, tree: Mapping[str, Any]) -> dict[str, Any]:
+def campaign_payload(runs: pd.DataFrame, tree: Mapping[str, Any]) -> dict[str, Any]:
     """Returns what the page's scripts draw, ready for JSON; lengths and times in the campaign's own units."""
     laws, families = (list(dict.fromkeys(runs[column])) for column in ("law", "family"))
     parts = {key: part for key, part in runs.groupby(["law", "family"], sort=False)}
@@ -115,6 +115,7 @@ def payload(runs: pd.DataFrame, tree: Mapping[str, Any]) -> dict[str, Any]:
         "laws": [{"name": law, "colour": robot_colour(place)} for place, law in enumerate(laws, start=1)],
         "families": families,
         "radius": tree["starts"]["radius"],
+        "lost": LOST,
         "figures": [figure._asdict() for figure in DISTRIBUTIONS],
         "curves": [[_curves(parts.get((law, family))) for family in families] for law in laws],
         "starts": [[_starts(parts.get((law, family)), most) for family in families] for law in laws],
@@ -138,7 +139,7 @@ def distribution(values: pd.Series, logarithmic: bool) -> dict[str, Any]:
     if logarithmic:
         known = np.maximum(known, _LEAST)
     kept = even_rows(len(known), CURVE_POINTS)
-    return {"x": numbers(known[kept], DIGITS), "y": numbers(100 * (kept + 1) / max(len(every), 1), DIGITS)}
+    return {"x": numbers(known[kept], DRAWN_DIGITS), "y": numbers(100 * (kept + 1) / max(len(every), 1), DRAWN_DIGITS)}
 
 
 def _starts(part: pd.DataFrame | None, most: int) -> dict[str, Any] | None:
@@ -148,7 +149,7 @@ def _starts(part: pd.DataFrame | None, most: int) -> dict[str, Any] | None:
     rows = kept_rows(part["converged"].to_numpy(dtype=bool), most)
     chosen = part.iloc[rows]
     names = ("x", "y", "theta", "settling_time", "late_position", "late_heading")
-    columns = {name: numbers(chosen[name].to_numpy(dtype=float), DIGITS) for name in names}
+    columns = {name: numbers(chosen[name].to_numpy(dtype=float), DRAWN_DIGITS) for name in names}
     fate = np.where(chosen["lost"], "lost", np.where(chosen["converged"], "arrived", "astray"))
     return {"start": chosen["start"].tolist(), "fate": fate.tolist(), "of": len(part)} | columns
 
@@ -164,7 +165,7 @@ def kept_rows(converged: np.ndarray, most: int) -> np.ndarray:
 # In words -------------------------------------------------------------------------------------------------------------
 
 
-def verdicts(runs: pd.DataFrame, cells: pd.DataFrame, tree: Mapping[str, Any]) -> list[str]:
+def campaign_verdicts(runs: pd.DataFrame, cells: pd.DataFrame, tree: Mapping[str, Any]) -> list[str]:
     """Returns sentences on what was run, and from which share of starts each law arrives."""
     laws = dict.fromkeys(cells["law"])
     return [_whole(runs, cells, tree), *(told for law in laws for told in _law(law, runs, cells))]
@@ -176,14 +177,10 @@ def _whole(runs: pd.DataFrame, cells: pd.DataFrame, tree: Mapping[str, Any]) -> 
     near = within(SettlingLimits(arrival["position"], arrival["heading"]))
     where = "on wheels in MuJoCo" if tree["backend"] == "mujoco" else "on the ideal integrator"
     return (
-        f"{_count(laws, 'law')} against {_count(families, 'reference')}, {grouped(len(runs))} runs {where}. A run "
+        f"{counted(laws, 'law')} against {counted(families, 'reference')}, {grouped(len(runs))} runs {where}. A run "
         f"arrives if its follower settles: it stays {near} of its place until the end, at least over the last "
         f"{arrival['last']:g} s of {tree['duration']:g} s."
     )
-
-
-def _count(number: int, noun: str) -> str:
-    return f"{number} {noun}{'' if number == 1 else 's'}"
 
 
 def _law(law: str, runs: pd.DataFrame, cells: pd.DataFrame) -> Iterator[str]:
@@ -196,7 +193,7 @@ def _law(law: str, runs: pd.DataFrame, cells: pd.DataFrame) -> Iterator[str]:
         yield f"{law} arrives from {grouped(arrived)} of {grouped(count)} starts: {_where(rows)}."
     lost = int(own["lost"].sum())
     if lost:
-        yield f"{law} lost {_count(lost, 'follower')}: they ran away, tipped over, or were commanded no number."
+        yield f"{law} lost {counted(lost, 'follower')}: each {LOST}."
     over = int((own["peak_utilisation"] >= 1).sum())
     if over:
         yield f"{law} asked for more friction than the floor has in {grouped(over)} of {grouped(count)} runs."
@@ -249,12 +246,12 @@ def _figures(row: Mapping[str, Any]) -> Sequence[str]:
     """Returns sentences on settling, errors, friction and gains of a law against a reference."""
     told = []
     if row["converged"]:
-        half, last = (f"{row[f'settling_{figure}']:.3g} s" for figure in ("median", "max"))
+        half, last = (seconds(row[f"settling_{figure}"]) for figure in ("median", "max"))
         told.append(f"Half of those settle within {half}, all within {last}.")
     if math.isfinite(row["late_position_max"]):
-        errors = f"{row['late_position_max']:.2g} m and {row['late_heading_max']:.2g} rad"
+        errors = f"{quantity(row['late_position_max'], 'm')} and {quantity(row['late_heading_max'], 'rad')}"
         told.append(f"Largest late errors: {errors}.")
     used = row["utilisation_max"]
-    most = share(used) if math.isfinite(used) else "infinity: a wheel bears no load"
+    most = cell(used, "%") if math.isfinite(used) else "infinity: a wheel bears no load"
     told.append(f"Friction utilisation up to {most}.")
     return [*told, f"Gains found: {row['gains']}."] if row["gains"] else told

@@ -45,11 +45,11 @@ class CampaignResults:
 
 def write_campaign_report(results: CampaignResults) -> Path:
     """Writes the report of a campaign into its folder."""
-    from nhtrack.studies.campaign.report import Account, write
+    from nhtrack.studies.campaign.report import Account, write_campaign_page
 
     folder = results.folder
     versions_then = json.loads((folder / "campaign.json").read_text())["versions"]
     worst = {label: path.relative_to(folder).as_posix() for label, path in results.worst.items()}
     tree = results.campaign.model_dump(mode="json")
     account = Account(tree, versions_then, worst, json_schema(Campaign))
-    return write(results.runs, results.cells, account, folder / "report.html")
+    return write_campaign_page(results.runs, results.cells, account, folder / "report.html")

@@ -28,7 +28,7 @@ from nhtrack.simulation.ideal import IdealSimulation
 from nhtrack.simulation.mujoco import MujocoSimulation
 from nhtrack.simulation.scene import stepped_scene
 from nhtrack.studies.campaign.cell import Cell
-from nhtrack.studies.campaign.outcomes import figures_of, statistics_of
+from nhtrack.studies.campaign.outcomes import outcomes_of, statistics_of
 from nhtrack.studies.campaign.result import CampaignResults, write_campaign_report
 from nhtrack.studies.campaign.tables import cells_of, rows_of, save_cells, save_runs, worst_first
 from nhtrack.studies.feasibility.run import fitting_time
@@ -159,18 +159,19 @@ def measure(cell: Cell, starts: slice) -> pd.DataFrame:
     failure = experiment.record(simulation, statistics)
     if failure is not None:  # of the law itself; a robot that is lost is a figure
         raise failure
-    return rows_of(cell, starts.start, figures_of(statistics, campaign, experiment, simulation.lost))
+    return rows_of(cell, starts.start, outcomes_of(statistics, campaign, experiment, simulation.lost))
 
 
 def _simulation(experiment: Experiment, backend: str) -> IdealSimulation | MujocoSimulation:
-    spec = experiment.scene
+    spec, size = experiment.scene, experiment.size
     if backend == "ideal":
         plant = experiment.robot.plant
         return IdealSimulation(
-            experiment.network.names, plant, experiment.dt, spec.ground, virtual_root=True, keep_going=True
+            experiment.network.names, plant, experiment.dt, spec.ground, virtual_root=True, keep_going=True, size=size
         )
     batch = experiment.start.g.shape[:1]
-    return MujocoSimulation(stepped_scene(spec, experiment.robot), experiment.dt, batch, spec=spec, keep_going=True)
+    scene = stepped_scene(spec, experiment.robot)
+    return MujocoSimulation(scene, experiment.dt, batch, spec=spec, keep_going=True, size=size)
 
 
 def _parts(cell: Cell, folder: Path) -> Iterator[Part]:
@@ -198,7 +199,7 @@ def _claim(campaign: Campaign, folder: Path, report: Callable[[str], Progress]) 
         return _at_time(campaign, float(held["time_scale"]))
     if used:
         raise CampaignError(f"{folder} exists already and holds no campaign; choose another --out")
-    campaign = with_time(campaign, report("time scale"))
+    campaign = at_fitting_time(campaign, report("time scale"))
     begun = {"asked": asked, "time_scale": campaign.similarity.time_scale, "laws": _hashes(campaign)}
     save_json(account, begun | {"versions": versions()})
     return campaign
@@ -209,7 +210,7 @@ def _hashes(campaign: Campaign) -> dict[str, str]:
     return {label: law.kind.hash for label, law in campaign.laws.items() if not law.kind.built_in}
 
 
-def with_time(campaign: Campaign, progress: Progress | None = None) -> Campaign:
+def at_fitting_time(campaign: Campaign, progress: Progress | None = None) -> Campaign:
     """Returns the campaign with a number for `time: auto`: the smallest at which every family fits.
 
     Leader, here a robot as well, and probing followers run under the first law without its limits, which would let

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from nhtrack.presentation.numbers import cell
 from nhtrack.presentation.result_table import ResultTable, TableRow
 from nhtrack.presentation.shown import within
 from nhtrack.settling import SettlingLimits
-from nhtrack.terminal.screen import rich_table, show_quantity, show_share
+from nhtrack.terminal.screen import rich_table
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -45,14 +46,13 @@ def settled_in(campaign: Campaign) -> str:
 
 
 def _cells(row: dict[str, Any]) -> tuple[str, ...]:
-    known = {name: None if value != value else value for name, value in row.items()}  # NaN is not equal to itself
     return (
         row["family"],
         f"{row['converged']}",
-        show_quantity(known["late_position_max"], ""),
-        show_quantity(known["late_heading_max"], ""),
-        show_quantity(known["settling_median"], ""),
-        show_quantity(known["settling_max"], ""),
-        show_share(row["utilisation_max"]),
+        cell(row["late_position_max"], "m"),
+        cell(row["late_heading_max"], "rad"),
+        cell(row["settling_median"], "s"),
+        cell(row["settling_max"], "s"),
+        cell(row["utilisation_max"], "%"),
         f"{row['switches_max']:g}",
     )

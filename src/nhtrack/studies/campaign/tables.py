@@ -10,6 +10,7 @@ import numpy as np
 import pandas as pd
 
 from nhtrack.files.atomic import atomic_path
+from nhtrack.simulation.faults import LOST
 from nhtrack.studies.campaign.cell import Cell
 
 # Of the table of runs; scenario units. What is not known (an error of a run that was lost) is NaN.
@@ -23,7 +24,7 @@ COLUMNS: Mapping[str, str] = {
     "v": "[length/time]",
     "omega": "[rad/time]",
     "converged": "whether it settled: both errors stayed within the criterion over the last part of the run",
-    "lost": "whether it ran away, tipped over, or was commanded something that is no number",
+    "lost": f"whether it {LOST}",
     "late_position": "largest distance from its place in that part [length]",
     "late_heading": "largest heading error in that part [rad]",
     "settling_time": "since when both errors were within the criterion, NaN where it did not settle [time]",
@@ -44,7 +45,7 @@ def rows_of(cell: Cell, first: int, figures: Mapping[str, Any]) -> pd.DataFrame:
     Args:
         cell: law and family.
         first: index of the first start.
-        figures: of the runs, see `nhtrack.studies.campaign.outcomes.figures_of`.
+        figures: of the runs, see `nhtrack.studies.campaign.outcomes.outcomes_of`.
     """
     count = len(figures["converged"])
     chosen = slice(first, first + count)

@@ -5,26 +5,24 @@ from __future__ import annotations
 from typing import Any
 
 from nhtrack.presentation.notebook import NotebookView, drawing, html_of
-from nhtrack.presentation.numbers import grouped
+from nhtrack.presentation.numbers import cell, counted, grouped, percent
 from nhtrack.presentation.result_table import ResultTable, TableRow
 from nhtrack.studies.campaign.plots import share_map
-from nhtrack.studies.campaign.plots.shares import percent
 from nhtrack.studies.campaign.result import CampaignResults
 from nhtrack.studies.campaign.screen import settled_in
-from nhtrack.terminal.screen import show_quantity, show_share
 
 
 def campaign_html(results: CampaignResults) -> str:
     """Returns what a notebook shows of a campaign: shares with intervals for each law and reference, and their map."""
     campaign, runs = results.campaign, results.runs
     shares = runs.groupby("law", sort=False)["converged"].agg(["sum", "count"])
-    laws, families = len(campaign.laws), len(campaign.family_names)
-    lead = f"{laws} laws against {families} references, {campaign.starts.count} random starts each"
+    laws, families = counted(len(campaign.laws), "law"), counted(len(campaign.family_names), "reference")
+    lead = f"{laws} against {families}, {counted(campaign.starts.count, 'random start')} each"
     view = NotebookView(
         f"{campaign.name}: {grouped(len(runs))} runs",
         lead=f"{lead}, {campaign.backend} backend; {results.folder}",
         tiles=[(f"of starts, {law}", f"{percent(row['sum'] / row['count'])} %") for law, row in shares.iterrows()],
-        figures=[drawing(share_map(results.cells), f"{campaign.name}: shares of starts that arrive")],
+        figures=[drawing(share_map(results.cells), f"{campaign.name}: shares of starts that arrive", scale=1.0)],
         tables=[_table(results)],
         folded=[("The worst run of each law again", [f"nhtrack run {path}" for path in results.worst.values()])],
     )
@@ -36,15 +34,14 @@ def _table(results: CampaignResults) -> ResultTable:
     rows, law = list[TableRow](), ""
     records: list[dict[str, Any]] = results.cells.to_dict("records")
     for row in records:
-        known = {name: None if value != value else value for name, value in row.items()}  # NaN is not equal to itself
         cells = (
             "" if row["law"] == law else row["law"],
             row["family"],
             f"{row['converged']} of {row['starts']}",
             f"{percent(row['share'])} %",
             f"{percent(row['share_low'])} to {percent(row['share_high'])} %",
-            show_quantity(known["settling_median"], ""),
-            show_share(known["utilisation_max"]),
+            cell(row["settling_median"], "s"),
+            cell(row["utilisation_max"], "%"),
         )
         rows.append(TableRow(cells, "" if row["share"] == 1 else "caution", begins=row["law"] != law))
         law = row["law"]

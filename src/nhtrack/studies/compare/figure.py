@@ -27,7 +27,7 @@ from nhtrack.plots.margins import (
 )
 from nhtrack.plots.names import Path, ends_room, name_ends, name_paths
 from nhtrack.plots.paths import frame_panel
-from nhtrack.plots.style import COLUMN, column_styled, panel_title, time_axes, write_note
+from nhtrack.plots.style import COLUMN, column_styled, line_style, panel_title, time_axes, write_note
 from nhtrack.presentation.footprint import (
     Footprint,
     dart_outlines,
@@ -38,12 +38,10 @@ from nhtrack.presentation.footprint import (
     points_per_metre,
     scale_note,
 )
-from nhtrack.presentation.shown import CROWD
+from nhtrack.presentation.shown import CROWD, Room
 from nhtrack.recording import Recording
 
 __all__ = ["overlay"]
-
-Room = tuple[float, float, float, float]  # x_min, x_max, y_min, y_max [m]
 
 _DECADES = 6  # log axes show at most this many: below is rounding, not tracking
 _LAST = 0.03  # share of a run at whose end its name stands
@@ -58,12 +56,14 @@ class _Shown(NamedTuple):
     Attributes:
         label: what it is called.
         colour: its colour.
+        style: of its lines.
         run: its recording.
         path: where its followers were [m], NaN outside the room, shape (t, n - 1, 3).
     """
 
     label: str
     colour: str
+    style: Any
     run: Recording
     path: np.ndarray
 
@@ -73,7 +73,7 @@ def overlay(runs: Mapping[str, Recording], room: Room) -> Figure:
     """Returns the paths of all laws on one floor, and below the worst position and heading error over time.
 
     Lengths are metres on the floor, as in the figures of a run. Each law has one colour, as
-    in the film, and its name beside its curves.
+    in the film, and its name beside its curves; colours that come again have broken lines.
 
     Args:
         runs: by the laws' labels, of one scenario.
@@ -81,7 +81,7 @@ def overlay(runs: Mapping[str, Recording], room: Room) -> Figure:
     """
     longest = max(runs.values(), key=lambda run: len(run.time))
     shown = [
-        _Shown(label, robot_colour(place), run, _path(run, room)[:, 1:])
+        _Shown(label, robot_colour(place), line_style(place), run, _path(run, room)[:, 1:])
         for place, (label, run) in enumerate(runs.items(), start=1)
     ]
     root = _path(longest, room)[:, :1]
@@ -164,7 +164,7 @@ def _draw_lines(axes: Axes, shown: list[_Shown], root: np.ndarray) -> None:
     axes.plot(*root[:, 0, :2].T, color=ROOT, linewidth=1.8, zorder=1.8)
     for width, each in zip(np.linspace(1.4, 0.8, len(shown)), shown, strict=True):
         line: dict[str, Any] = {"linewidth": 0.4, "alpha": 0.7} if _is_crowded(each) else {"linewidth": width}
-        axes.plot(*np.moveaxis(each.path[..., :2], -1, 0), color=each.colour, zorder=2.0, **line)
+        axes.plot(*np.moveaxis(each.path[..., :2], -1, 0), color=each.colour, linestyle=each.style, zorder=2.0, **line)
 
 
 def _draw_robots(axes: Axes, shown: list[_Shown], root: np.ndarray, footprint: Footprint | None) -> None:
@@ -209,7 +209,8 @@ def _draw_errors(panels: list[Axes], shown: list[_Shown], count: int) -> list[li
         curves = [np.abs(error(each.run)[:, 1:]).max(axis=1) for each in shown]
         low, high = _limits([curve for each, curve in zip(shown, curves, strict=True) if _whole(each)] or curves)
         for each, curve in zip(shown, curves, strict=True):  # no axis can bear what a run that diverges leaves
-            axes.plot(each.run.time, np.where(curve > 0, np.minimum(curve, 10 * high), np.nan), color=each.colour)
+            shown_part = np.where(curve > 0, np.minimum(curve, 10 * high), np.nan)
+            axes.plot(each.run.time, shown_part, color=each.colour, linestyle=each.style)
         axes.set_ylim(low, high)  # first: margins of their own would be beyond what numbers reach
         axes.set_yscale("log")
         axes.yaxis.set_major_locator(LogLocator(numticks=5))

@@ -11,7 +11,6 @@ from typing import TypeVar
 
 from pydantic import ValidationError
 
-from nhtrack.colours import FOLLOWERS
 from nhtrack.config.changes import LawChoice, value_text
 from nhtrack.config.law_sections import Law, LawSection, law_names, law_section
 from nhtrack.config.messages import shape_faults
@@ -19,8 +18,6 @@ from nhtrack.config.scenario import Scenario
 from nhtrack.config.tree import ancestors, dotted, parse_yaml
 from nhtrack.errors import Fault, NhtrackError, ScenarioError, did_you_mean
 from nhtrack.section import Section
-
-MOST_LAWS = len(FOLLOWERS)  # each has a colour of its own
 
 _QUOTES = "in a shell a mapping stands in quotes"
 
@@ -164,9 +161,6 @@ def _odd(laws: Mapping[str, Law], texts: Sequence[str], scenario: Scenario | Non
             odd.append(f"law {text!r} is the same as {same!r}; name it once")
     if scenario is not None and len(laws) == len(set(texts)) and all(law == scenario.law for law in laws.values()):
         odd.append(f"nothing to compare: {scenario.law.name!r} is the scenario's own law; name another")
-    count = len(texts) + (scenario is not None and scenario.law not in laws.values())
-    if count > MOST_LAWS:
-        odd.append(f"{count} laws, and at most {MOST_LAWS} can be told apart by their colours; name fewer")
     return odd
 
 

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from dataclasses import asdict, dataclass, fields
-from typing import Any
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -54,7 +54,24 @@ class Standing:
         return asdict(self)
 
 
-MEASURES = tuple(each.name for each in fields(Standing) if each.name not in ("label", "outcome", "end"))
+class Measure(NamedTuple):
+    """A figure of the standings: its heading, its unit (`%` for a share), and what is said of the best at it."""
+
+    heading: str
+    unit: str
+    praise: str
+
+
+MEASURES: Mapping[str, Measure] = {
+    "late_position_error": Measure("late", "m", "is nearest to its place late in the run"),
+    "late_heading_error": Measure("late heading", "rad", "keeps its heading best late in the run"),
+    "settling_time": Measure("settled", "s", "settles first"),
+    "gap_position_rms": Measure("gap RMS", "m", "is closest to its ideal twin"),
+    "peak_utilisation": Measure("friction", "%", "asks least of the floor"),
+    "torque_saturation_share": Measure("saturation", "%", "has its motors at their limits least often"),
+    "effort_x": Measure("RMS u_x", "m/s²", "speeds up and brakes least"),
+    "effort_theta": Measure("RMS u_theta", "rad/s²", "turns in and out of bends least"),
+}
 
 
 def standing(label: str, recording: Recording, summary: dict[str, Any]) -> Standing:

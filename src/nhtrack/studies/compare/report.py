@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
-from nhtrack.presentation.numbers import listed, quantity, seconds, share
+from nhtrack.presentation.numbers import cell, counted, listed, quantity, seconds
 from nhtrack.presentation.shown import Span, settled_note
 from nhtrack.recording import Recording
 from nhtrack.report.data import payload
@@ -17,36 +17,17 @@ from nhtrack.report.panels import decades
 from nhtrack.report.scenario_listing import meanings, yaml_text
 from nhtrack.report.timed import SCRIPTS, SECTIONS, timed_contents, with_film
 from nhtrack.settling import SettlingLimits
+from nhtrack.studies.compare.ranking import MEASURES
 from nhtrack.studies.run.report import Extras
 
-Row = Mapping[str, Any]  # of `laws` in a comparison's tree
+LawRow = Mapping[str, Any]  # of `laws` in a comparison's tree
 
 _JOINED = ("twist", "input", "wheel_torque", "friction_utilisation", "lateral_slip", "longitudinal_slip")
 _WILD, _MARGIN = 3.0, 0.06  # times the others' largest value that an axis still shows; room at its ends
 
 
-class Measure(NamedTuple):
-    """A column of the standings: its heading, its unit (`%` for a share), and what is said of the best at it."""
-
-    heading: str
-    unit: str
-    praise: str
-
-
-MEASURES: Mapping[str, Measure] = {
-    "late_position_error": Measure("late", "m", "is nearest to its place late in the run"),
-    "late_heading_error": Measure("late heading", "rad", "keeps its heading best late in the run"),
-    "settling_time": Measure("settled", "s", "settles first"),
-    "gap_position_rms": Measure("gap RMS", "m", "is closest to its ideal twin"),
-    "peak_utilisation": Measure("friction", "%", "asks least of the floor"),
-    "torque_saturation_share": Measure("saturation", "%", "has its motors at their limits least often"),
-    "effort_x": Measure("RMS u_x", "m/s²", "speeds up and brakes least"),
-    "effort_theta": Measure("RMS u_theta", "rad/s²", "turns in and out of bends least"),
-}
-
-
-def write(
-    tree: Row, runs: Mapping[str, Recording], merged: Recording, wrong: Iterable[Span], path: Path, extras: Extras
+def write_compare_page(
+    tree: LawRow, runs: Mapping[str, Recording], merged: Recording, wrong: Iterable[Span], path: Path, extras: Extras
 ) -> Path:
     """Writes the page of a comparison; the file appears under its name only once it is whole.
 
@@ -62,10 +43,10 @@ def write(
 
 
 def compare_page(
-    tree: Row, runs: Mapping[str, Recording], merged: Recording, wrong: Iterable[Span], extras: Extras
+    tree: LawRow, runs: Mapping[str, Recording], merged: Recording, wrong: Iterable[Span], extras: Extras
 ) -> Page:
     """Returns what the page of a comparison shows. Arguments as `write`."""
-    whole = joined(merged, runs)
+    whole = join_runs(merged, runs)
     data, film = with_film(payload(whole, wrong), whole, extras.film)
     kept = {label for label, run in runs.items() if run.outcome == "completed"}
     data["panels"] = [fitted(panel, kept, whole) for panel in data["panels"]] if kept else data["panels"]
@@ -73,9 +54,9 @@ def compare_page(
     groups = {row["label"]: f"{next(iter(runs.values())).followers[0]}-{row['label']}" for row in tree["laws"]}
     return Page(
         "compare.html.j2",
-        f"{tree['name']}: {len(tree['laws'])} {'laws' if len(tree['laws']) > 1 else 'law'}",
+        f"{tree['name']}: {counted(len(tree['laws']), 'law')}",
         {"standings": "Standings", **SECTIONS, "laws": "Laws", "scenario": "Scenario"},
-        verdicts(tree),
+        compare_verdicts(tree),
         [("With the same versions, this repeats the comparison, in the folder of this page:", _command(tree))],
         tree["versions"],
         description=tree["scenario"].get("description", ""),
@@ -99,7 +80,7 @@ def compare_page(
     )
 
 
-def joined(merged: Recording, runs: Mapping[str, Recording]) -> Recording:
+def join_runs(merged: Recording, runs: Mapping[str, Recording]) -> Recording:
     """Returns a recording of all runs that has their twists, commands, torques, slips and utilisations, too.
 
     What a run did not record, and all of it after the run ended, is NaN.
@@ -155,18 +136,18 @@ def _values(curve: Mapping[str, Any]) -> np.ndarray:
 # In words -------------------------------------------------------------------------------------------------------------
 
 
-def verdicts(tree: Row) -> list[str]:
+def compare_verdicts(tree: LawRow) -> list[str]:
     """Returns sentences on which laws completed, which settled, and which is best at what."""
-    laws: Sequence[Row] = tree["laws"]
+    laws: Sequence[LawRow] = tree["laws"]
     return [*_ends(laws), *_settled(laws), *_bests(laws, tree["best"])]
 
 
-def _alarm(tree: Row) -> str:
+def _alarm(tree: LawRow) -> str:
     outcomes = [row["outcome"] for row in tree["laws"]]
     return "" if "completed" in outcomes else "No law completed its run."
 
 
-def _ends(laws: Sequence[Row]) -> Iterator[str]:
+def _ends(laws: Sequence[LawRow]) -> Iterator[str]:
     whole = [row for row in laws if row["outcome"] == "completed"]
     if len(whole) == len(laws):
         yield f"All {len(laws)} laws completed their runs of {seconds(laws[0]['end'])}."
@@ -179,57 +160,50 @@ def _ends(laws: Sequence[Row]) -> Iterator[str]:
             yield f"{row['label']} did not: it {'was ' * (outcome == 'interrupted')}{outcome}, {_ended(row)}."
 
 
-def _ended(row: Row) -> str:
+def _ended(row: LawRow) -> str:
     return f"and what it recorded ends at {seconds(row['end'])}"
 
 
-def _settled(laws: Sequence[Row]) -> Iterator[str]:
+def _settled(laws: Sequence[LawRow]) -> Iterator[str]:
     astray = [row for row in laws if row["outcome"] == "completed" and row["settling_time"] is None]
     for row in astray:
-        late = quantity(row["late_position_error"], "m")
+        late = f"{quantity(row['late_position_error'], 'm')} and {quantity(row['late_heading_error'], 'rad')}"
         yield f"{row['label']} did not settle: its worst follower was off by up to {late} late in the run."
 
 
-def _bests(laws: Sequence[Row], best: Mapping[str, str]) -> Iterator[str]:
+def _bests(laws: Sequence[LawRow], best: Mapping[str, str]) -> Iterator[str]:
     """Yields who is best at what, and by how much before the next."""
     for name, measure in MEASURES.items():
         if name not in best:
             continue
         known = [row for row in laws if row["outcome"] == "completed" and row[name] is not None]
         first, second = sorted(known, key=lambda row: row[name])[:2]
-        said = f"{best[name]} {measure.praise}: {show(first[name], measure.unit)}"
-        yield f"{said}, where the next, {second['label']}, has {show(second[name], measure.unit)}."
-
-
-def show(value: float | None, unit: str) -> str:
-    """Returns a figure of the standings, `-` where there is none."""
-    if value is None:
-        return "-"
-    return share(value) if unit == "%" else seconds(value) if unit == "s" else quantity(value, unit)
+        said = f"{best[name]} {measure.praise}: {cell(first[name], measure.unit)}"
+        yield f"{said}, where the next, {second['label']}, has {cell(second[name], measure.unit)}."
 
 
 # Tables ---------------------------------------------------------------------------------------------------------------
 
 
-def _rows(tree: Row) -> Iterator[dict[str, Any]]:
+def _rows(tree: LawRow) -> Iterator[dict[str, Any]]:
     """Yields the standings: of each law its label, its figures with whether they are the best, and how it ended."""
     for row in tree["laws"]:
         best = {name for name, label in tree["best"].items() if label == row["label"]}
-        cells = [(show(row[name], measure.unit), name in best) for name, measure in MEASURES.items()]
+        cells = [(cell(row[name], measure.unit), name in best) for name, measure in MEASURES.items()]
         kind = row["outcome"].split(":")[0]
         ended = kind if kind == "completed" else f"{kind} at {seconds(row['end'])}"
         yield {"label": row["label"], "cells": cells, "ended": ended, "completed": kind == "completed"}
 
 
-def _law(row: Row) -> dict[str, Any]:
+def _law(row: LawRow) -> dict[str, Any]:
     """Returns a law as YAML, and what a search for its gains brought."""
     tuning = row["tuning"]
     told = ""
     if tuning is not None:
-        before = "unknown" if tuning["cost_before"] is None else f"{tuning['cost_before']:.3g}"
+        before = "unknown" if tuning["cost_before"] is None else cell(tuning["cost_before"], "1")
         told = f"These gains were searched for: the cost went from {before} to {tuning['cost']:.3g}."
     return {"label": row["label"], "yaml": yaml_text({"law": row["law"]}), "tuning": told}
 
 
-def _command(tree: Row) -> str:
+def _command(tree: LawRow) -> str:
     return " ".join(["nhtrack compare", *(f"{row['label']}/recording.nc" for row in tree["laws"])])

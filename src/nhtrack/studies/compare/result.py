@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from nhtrack.config.scenario import Scenario
+from nhtrack.presentation.shown import Room
 from nhtrack.recording import Recording
 from nhtrack.settling import settling_limits
 from nhtrack.studies.compare.ranking import Standing, best, standing
@@ -19,7 +20,6 @@ from nhtrack.studies.run.run import versions
 from nhtrack.studies.tune.box import require_budget
 from nhtrack.studies.tune.objective import Objective, ObjectiveError
 from nhtrack.studies.tune.result import Tuning
-from nhtrack.video.together import Room
 from nhtrack.views import drawn_by
 
 _LEAST = 0.5  # [m] shown around a leader that stands and whose followers begin beside it

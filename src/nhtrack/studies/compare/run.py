@@ -263,7 +263,7 @@ def _filmed(found: Comparison, folder: Path, stage: Stage | None, processes: int
 def _reported(found: Comparison, folder: Path) -> Comparison:
     """Returns a comparison with its report, which has the film in it if there is one."""
     from nhtrack.config.documentation import json_schema
-    from nhtrack.studies.compare.report import write
+    from nhtrack.studies.compare.report import write_compare_page
     from nhtrack.studies.run.report import Extras
     from nhtrack.video.together import together
 
@@ -271,5 +271,5 @@ def _reported(found: Comparison, folder: Path) -> Comparison:
     extras = Extras(film if film in found.files else None, found.no_film, json_schema())
     merged = together(found.recordings, room_of(list(found.recordings.values())))
     wrong = [(event.start, event.end) for outcome in found.outcomes.values() for event in outcome.events]
-    page = write(found.tree, found.recordings, merged, wrong, folder / "report.html", extras)
+    page = write_compare_page(found.tree, found.recordings, merged, wrong, folder / "report.html", extras)
     return replace(found, files=(*found.files, page))

@@ -2,28 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, TypeAlias
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
+from nhtrack.presentation.numbers import cell, seconds
 from nhtrack.presentation.result_table import ResultTable, TableRow
 from nhtrack.presentation.shown import settled_note
 from nhtrack.settling import settling_limits
-from nhtrack.studies.compare.ranking import Standing, best
-from nhtrack.terminal.screen import (
-    escape,
-    print_line,
-    rich_table,
-    show_metres,
-    show_quantity,
-    show_share,
-)
+from nhtrack.studies.compare.ranking import MEASURES, Standing, best
+from nhtrack.terminal.screen import escape, print_line, rich_table
 
 if TYPE_CHECKING:
     from rich.console import Console
 
     from nhtrack.studies.compare.result import Comparison
-
-Show: TypeAlias = Callable[[float | None], str]
 
 _WARNINGS = 12  # on the screen: more would push the tables off it
 
@@ -59,46 +51,32 @@ def tuned_lines(found: Comparison) -> list[str]:
     lines = []
     for label, tuning in found.tunings.items():
         gains = ", ".join(f"{name} {gain:g}" for name, gain in tuning.gains.items())
-        cost = f"cost {show_quantity(tuning.cost_before, '')} -> {show_quantity(tuning.cost, '')}"
+        cost = f"cost {cell(tuning.cost_before, '1')} -> {cell(tuning.cost, '1')}"
         lines.append(f"{label}: {gains} ({cost})")
     return lines
 
 
-def _in(unit: str) -> Show:
-    return lambda value: show_quantity(value, unit)
-
-
-# What the tables show of a law: headings and ways to show a figure, by measure.
-_TRACKING: Mapping[str, tuple[str, Show]] = {
-    "late_position_error": ("late", show_metres),
-    "late_heading_error": ("late heading", _in("rad")),
-    "settling_time": ("settled", _in("s")),
-}
-_ASKING: Mapping[str, tuple[str, Show]] = {
-    "gap_position_rms": ("gap RMS", show_metres),
-    "peak_utilisation": ("friction", show_share),
-    "torque_saturation_share": ("saturation", show_share),
-    "effort_x": ("RMS u_x", _in("m/s²")),
-    "effort_theta": ("RMS u_theta", _in("rad/s²")),
-}
+# What the tables show of a law, by measure.
+_TRACKING = ("late_position_error", "late_heading_error", "settling_time")
+_ASKING = ("gap_position_rms", "peak_utilisation", "torque_saturation_share", "effort_x", "effort_theta")
 
 
 def _table(
-    title: str, found: Comparison, columns: Mapping[str, tuple[str, Show]], *notes: str, outcome: bool = False
+    title: str, found: Comparison, measures: Sequence[str], *notes: str, outcome: bool = False
 ) -> ResultTable:
     """Returns a table with a row for each law, the best value of each column marked, and how its run ended."""
     standings = found.standings
     first, rows = best(standings), list[TableRow]()
     for place, law in enumerate(standings):
-        cells = tuple(show(getattr(law, measure)) for measure, (_, show) in columns.items())
-        marked = frozenset(i for i, measure in enumerate(columns, start=1) if first.get(measure) == place)
+        cells = tuple(cell(getattr(law, measure), MEASURES[measure].unit) for measure in measures)
+        marked = frozenset(i for i, measure in enumerate(measures, start=1) if first.get(measure) == place)
         ended = (_outcome(law),) if outcome else ()
         rows.append(TableRow((law.label, *cells, *ended), "" if law.completed else "faint", marked))
-    headings = ("law", *(heading for heading, _ in columns.values()), *(("outcome",) if outcome else ()))
+    headings = ("law", *(MEASURES[measure].heading for measure in measures), *(("outcome",) if outcome else ()))
     return ResultTable(title, headings, tuple(rows), frozenset({"law", "outcome"}), frozenset({"law"}), notes)
 
 
 def _outcome(law: Standing) -> str:
     """Returns how a run ended, and when, if not as it should."""
     kind = law.outcome.split(":")[0]
-    return kind if law.completed else f"{kind} at {law.end:.3g} s"
+    return kind if law.completed else f"{kind} at {seconds(law.end)}"

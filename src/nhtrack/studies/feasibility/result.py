@@ -6,7 +6,8 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-from nhtrack.analysis.demand import Binding, Demand
+from nhtrack.analysis.demand import PeakDemand
+from nhtrack.analysis.speedup import Binding
 from nhtrack.config.scenario import Scenario
 from nhtrack.views import drawn_by
 
@@ -24,7 +25,7 @@ class Feasibility:
     """
 
     scenario: Scenario
-    demands: tuple[Demand, ...]
+    demands: tuple[PeakDemand, ...]
     bindings: tuple[Binding, ...]
     fitting_time: float | None
     obstacle: str | None = None
@@ -45,8 +46,8 @@ class Feasibility:
         rows = [vars(demand) for demand in self.demands]
         for binding in self.bindings:
             limit = present / binding.factor if binding.factor > 0 else math.inf
-            row = Demand(binding.robot, "time_scale", present, "1", limit, limit / present, binding.time, binding.wheel)
-            rows.append(vars(row))
+            place = binding.time, binding.wheel
+            rows.append(vars(PeakDemand(binding.robot, "time_scale", present, "1", limit, limit / present, *place)))
         order = list(dict.fromkeys(row["robot"] for row in rows))
         rows.sort(key=lambda row: order.index(row["robot"]))
         return [{key: _finite(value) for key, value in row.items()} for row in rows]

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import Unpack
 
-from nhtrack.analysis.demand import Binding, bindings, demands, rounded_up
+from nhtrack.analysis.demand import demands
+from nhtrack.analysis.speedup import Binding, bindings, rounded_up
 from nhtrack.config.changes import ScenarioChanges
 from nhtrack.config.checks import MOST_PERIODS
 from nhtrack.config.scenario import Scenario
@@ -142,7 +143,9 @@ def ideal_motion(experiment: Experiment, progress: Progress | None = None) -> tu
     Raises:
         SimulationDiverged: the law raised an exception.
     """
-    simulation = IdealSimulation(experiment.network.names, None, experiment.dt, keep_going=True)
+    simulation = IdealSimulation(
+        experiment.network.names, None, experiment.dt, keep_going=True, size=experiment.size
+    )
     run = experiment.rollout(simulation, progress)
     run.require_whole()  # a robot that runs away is lost, and no failure
     return run, bool(simulation.lost.any())

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from nhtrack.presentation.numbers import cell
 from nhtrack.presentation.result_table import ResultTable, TableRow
-from nhtrack.terminal.screen import escape, print_line, rich_table, show_quantity, show_share
+from nhtrack.terminal.screen import escape, print_line, rich_table
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -38,15 +39,14 @@ def feasibility_table(found: Feasibility) -> ResultTable:
     """Returns what each robot is asked for; what is beyond its limit is a fault."""
     rows, robot = list[TableRow](), ""
     for row in found.table:
-        unit = "" if row["unit"] == "1" else row["unit"]
         over = (row["share"] is None and row["limit"] is not None) or (row["share"] or 0.0) > 1
         cells = (
             row["robot"] if row["robot"] != robot else "",
             row["quantity"].replace("_", " "),
-            show_quantity(row["value"], unit),
-            show_quantity(row["limit"], unit),
-            show_share(row["share"]),
-            show_quantity(row["time"], "s"),
+            cell(row["value"], row["unit"]),
+            cell(row["limit"], row["unit"]),
+            cell(row["share"], "%"),
+            cell(row["time"], "s"),
             row["wheel"] or "",
         )
         rows.append(TableRow(cells, "fault" if over else ""))

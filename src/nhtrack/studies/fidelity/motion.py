@@ -15,7 +15,7 @@ from nhtrack.robots.diff_drive import DiffDrive
 from nhtrack.simulation.state import Simulation, State
 
 # Accelerations (u_x, u_theta), shape (..., 2), at times of any shape (...).
-Signal: TypeAlias = Callable[[Array], Array]
+InputSignal: TypeAlias = Callable[[Array], Array]
 
 _FORWARD, _TURNING = 0.6, 0.4  # how straight driving and turning share the wheels' speed
 _SLOWEST, _FASTEST = 0.05, 5.0  # of the rhythms tried [1/s]
@@ -119,7 +119,7 @@ def middles(duration: float, dt: float) -> Array:
     return (np.arange(round(duration / dt)) + 0.5) * dt
 
 
-def integrate(signal: Signal, time: Array, start: State = AT_REST) -> tuple[Array, Array]:
+def integrate(signal: InputSignal, time: Array, start: State = AT_REST) -> tuple[Array, Array]:
     """Returns poses and twists (t, n, 3) of the ideal robot under a smooth input, by DOP853 at a tolerance of 1e-12."""
 
     def rate(t: float, y: Array) -> Array:
@@ -150,14 +150,14 @@ def difference(g: Array, h: Array) -> PoseError:
 
 
 def open_loop_error(
-    simulation: Simulation, signal: Signal, duration: float = 10.0, start: State = AT_REST
+    simulation: Simulation, signal: InputSignal, duration: float = 10.0, start: State = AT_REST
 ) -> PoseError:
     """Returns how far a simulation strays from the ideal robot under the same input, which all its robots get."""
     return open_loop_errors([simulation], signal, duration, start)[0]
 
 
 def open_loop_errors(
-    simulations: Iterable[Simulation], signal: Signal, duration: float = 10.0, start: State = AT_REST
+    simulations: Iterable[Simulation], signal: InputSignal, duration: float = 10.0, start: State = AT_REST
 ) -> list[PoseError]:
     """Returns `open_loop_error` of each; the shortest of their control periods divides the others."""
     runs = []

@@ -9,10 +9,10 @@ from typing import Any
 from nhtrack.presentation.numbers import listed, share
 from nhtrack.report.page import Page, write_page
 
-Row = Mapping[str, Any]  # of a finding, as plain values
+FindingRow = Mapping[str, Any]  # of a finding, as plain values
 
 
-def write(findings: Sequence[Row], command: str, versions: Mapping[str, str], path: Path) -> Path:
+def write_fidelity_page(findings: Sequence[FindingRow], command: str, versions: Mapping[str, str], path: Path) -> Path:
     """Writes the page of the fidelity suite; the file appears under its name only once it is whole.
 
     Args:
@@ -25,7 +25,7 @@ def write(findings: Sequence[Row], command: str, versions: Mapping[str, str], pa
     return write_page(fidelity_page(findings, command, versions), path)
 
 
-def fidelity_page(findings: Sequence[Row], command: str, versions: Mapping[str, str]) -> Page:
+def fidelity_page(findings: Sequence[FindingRow], command: str, versions: Mapping[str, str]) -> Page:
     """Returns what the page of the fidelity suite shows. Arguments as `write`."""
     robots = list(dict.fromkeys(row["robot"] for row in findings))
     groups = list(dict.fromkeys(row["group"] for row in findings))
@@ -34,7 +34,7 @@ def fidelity_page(findings: Sequence[Row], command: str, versions: Mapping[str, 
         "fidelity.html.j2",
         "Wheels against mechanics and the ideal robot",
         {"checks": "Checks"},
-        verdicts(findings),
+        fidelity_verdicts(findings),
         [("With the same versions, this measures the same:", command)],
         versions,
         tiles=_tiles(findings, robots),
@@ -48,7 +48,7 @@ def fidelity_page(findings: Sequence[Row], command: str, versions: Mapping[str, 
     )
 
 
-def used(row: Row) -> float | None:
+def used(row: FindingRow) -> float | None:
     """Returns which share of its budget a figure uses, more than 1 where it is broken; None beyond all bounds."""
     value, budget = row["value"], row["budget"]
     if value is None:
@@ -62,12 +62,12 @@ def used(row: Row) -> float | None:
 # In words -------------------------------------------------------------------------------------------------------------
 
 
-def verdicts(findings: Sequence[Row]) -> list[str]:
+def fidelity_verdicts(findings: Sequence[FindingRow]) -> list[str]:
     """Returns sentences on how many budgets are kept, which are not, and which is nearest to being broken."""
     return [*_kept(findings), *(_broken(row) for row in findings if not row["ok"]), *_nearest(findings)]
 
 
-def _kept(findings: Sequence[Row]) -> Iterator[str]:
+def _kept(findings: Sequence[FindingRow]) -> Iterator[str]:
     robots = list(dict.fromkeys(row["robot"] for row in findings))
     kept = sum(row["ok"] for row in findings)
     who = f"robot {robots[0]}" if len(robots) == 1 else f"{len(robots)} robots, {listed(robots, most=len(robots))}"
@@ -84,13 +84,13 @@ def _budgets(count: int) -> str:
     return "One budget is" if count == 1 else f"{count} budgets are"
 
 
-def _broken(row: Row) -> str:
+def _broken(row: FindingRow) -> str:
     value = "no finite number" if row["value"] is None else _figure(row["value"], row)
     least = f"{row['sense']} {_figure(row['budget'], row)}"
     return f"{row['robot']}, {row['check']}: {value} where the budget is {least}; {row['cause']}."
 
 
-def _nearest(findings: Sequence[Row]) -> Iterator[str]:
+def _nearest(findings: Sequence[FindingRow]) -> Iterator[str]:
     kept = [(share_used, row) for row in findings if row["ok"] and (share_used := used(row)) is not None]
     if kept:
         most, row = max(kept, key=lambda item: item[0])
@@ -100,16 +100,16 @@ def _nearest(findings: Sequence[Row]) -> Iterator[str]:
 # Figures --------------------------------------------------------------------------------------------------------------
 
 
-def _tiles(findings: Sequence[Row], robots: Sequence[str]) -> list[tuple[str, str]]:
+def _tiles(findings: Sequence[FindingRow], robots: Sequence[str]) -> list[tuple[str, str]]:
     kept = sum(row["ok"] for row in findings)
     return [("budgets kept", f"{kept} of {len(findings)}"), ("robots measured", str(len(robots)))]
 
 
-def _figure(value: float, row: Row) -> str:
+def _figure(value: float, row: FindingRow) -> str:
     return f"{value:.2g}" + (f" {row['unit']}" if row["unit"] != "1" else "")
 
 
-def _row(row: Row) -> dict[str, Any]:
+def _row(row: FindingRow) -> dict[str, Any]:
     part = used(row)
     verdict = "kept" if row["ok"] else "explained" if row["explained"] else "broken"
     return {

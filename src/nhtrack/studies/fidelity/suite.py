@@ -104,11 +104,11 @@ def run(wanted: list[Task], progress: Progress | None = None, processes: int | N
 
 def save(findings: Sequence[Finding], wanted: Sequence[Task], folder: Path) -> list[Path]:
     """Writes the findings of tasks into a folder, as `findings.json` and as a report, and returns the files."""
-    from nhtrack.studies.fidelity.report import write
+    from nhtrack.studies.fidelity.report import write_fidelity_page
 
     rows = [finding.row for finding in findings]
     table = save_json(folder / "findings.json", rows)
-    return [table, write(rows, command(wanted), versions(), folder / "report.html")]
+    return [table, write_fidelity_page(rows, command(wanted), versions(), folder / "report.html")]
 
 
 def command(wanted: Sequence[Task]) -> str:

@@ -8,10 +8,10 @@ from pathlib import Path
 from typing import NamedTuple
 
 from nhtrack.laws import Limits
+from nhtrack.presentation.numbers import cell
 from nhtrack.presentation.result_table import ResultTable, TableRow
 from nhtrack.robots.diff_drive import DiffDrive
 from nhtrack.robots.diff_drive.identification import Parts
-from nhtrack.terminal.screen import show_quantity
 
 
 class Property(NamedTuple):
@@ -70,8 +70,7 @@ class Inspection:
         """A row for every number."""
         rows, part = list[TableRow](), ""
         for each in self.properties:
-            unit = "" if each.unit == "1" else each.unit
-            cells = ("" if each.part == part else each.part, each.name, show_quantity(each.value, unit), each.source)
+            cells = ("" if each.part == part else each.part, each.name, cell(each.value, each.unit), each.source)
             rows.append(TableRow(cells, begins=bool(part) and each.part != part))
             part = each.part
         headings = ("", "property", "value", "from")
@@ -91,36 +90,35 @@ class Inspection:
         return html_of(NotebookView(self.name, lead=lead, figures=shown, tables=[self.table]))
 
     def _geometry(self) -> Iterator[Property]:
-        drive, tyres = self.drive, " and ".join(self.parts.tyres)
-        joints = " and ".join(self.parts.wheel_joints)
+        drive, tyres = self.drive, ", ".join(self.parts.tyres)
+        joints = ", ".join(self.parts.wheel_joints)
         yield Property("geometry", "wheel radius", drive.wheel_radius, "m", f"geoms {tyres}")
         yield Property("geometry", "wheel separation", 2 * drive.half_separation, "m", f"joints {joints}")
         for name, (x, y) in zip(self.parts.casters, drive.casters, strict=True):
-            yield Property("geometry", f"caster {name} ahead of the axle", x, "m", f"geom {name}")
-            if y:
-                yield Property("geometry", f"caster {name} left of the middle", y, "m", f"geom {name}")
+            yield Property("geometry", "caster ahead of the axle", x, "m", f"geom {name}")
+            yield Property("geometry", "caster left of the middle", y, "m", f"geom {name}")
 
     def _masses(self) -> Iterator[Property]:
-        drive, inertia = self.drive, "mass matrix of the compiled model"
+        drive, inertia = self.drive, "mass matrix"
         yield Property("masses", "mass", drive.mass, "kg", inertia)
         for name, value in zip(("ahead of the axle", "left of the middle", "above the floor"), drive.com, strict=True):
-            yield Property("masses", f"centre of mass {name}", value, "m", "compiled model")
-        yield Property("masses", "yaw inertia about the axle's midpoint", drive.axle_inertia, "kg m²", inertia)
-        yield Property("masses", "spin inertia of a wheel with its rotor", drive.wheel_inertia, "kg m²", inertia)
-        yield Property("masses", "of that, the rotor's through the gears", drive.reflected_inertia, "kg m²", "armature")
-        yield Property("reduced model", "mass that the motors feel", drive.m_eff, "kg", "m + 2 I_w / r²")
-        yield Property("reduced model", "yaw inertia that the motors feel", drive.J_eff, "kg m²", "J + 2 I_w b² / r²")
+            yield Property("masses", f"centre of mass {name}", value, "m", "bodies")
+        yield Property("masses", "yaw inertia about the axle", drive.axle_inertia, "kg m²", inertia)
+        yield Property("masses", "spin inertia of a wheel", drive.wheel_inertia, "kg m²", inertia)
+        yield Property("masses", "of that, the geared rotor", drive.reflected_inertia, "kg m²", "armature")
+        yield Property("reduced model", "mass felt by the motors", drive.m_eff, "kg", "m + 2 I_w / r²")
+        yield Property("reduced model", "yaw inertia felt by the motors", drive.J_eff, "kg m²", "J + 2 I_w b² / r²")
 
     def _motor(self) -> Iterator[Property]:
-        motor, names = self.drive.motor, " and ".join(self.parts.motors)
-        yield Property("motors", "torque limit at a wheel", motor.torque_limit, "N m", f"ctrlrange of {names}")
+        motor, names = self.drive.motor, ", ".join(self.parts.motors)
+        yield Property("motors", "largest torque at a wheel", motor.torque_limit, "N m", f"ctrlrange of {names}")
         yield Property("motors", "stall torque", motor.stall_torque, "N m", "numeric motor_stall_torque")
         yield Property("motors", "speed without load", motor.no_load_speed, "rad/s", "numeric motor_no_load_speed")
 
     def _limits(self) -> Iterator[Property]:
         if self.limits is None:
             return
-        source = f"{100 * self.utilisation:g} % of friction {self.friction:g}, and the motors"
+        source = f"{100 * self.utilisation:g} % of friction {self.friction:g}"
         units = {"speed": "m/s", "yaw_rate": "rad/s", "acceleration": "m/s²", "yaw_acceleration": "rad/s²"}
         for name, value in self.limits._asdict().items():
             yield Property("motion limits", name.replace("_", " "), value, units[name], source)

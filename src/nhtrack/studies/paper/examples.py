@@ -76,10 +76,10 @@ def _reference_path(runs: Runs) -> Figure:
 
 
 def _opposite_starts(runs: Runs) -> Figure:
-    from nhtrack.studies.paper.figure import panels, together
+    from nhtrack.studies.paper.figure import panels, side_by_side
 
     followers = {r"$\theta(0) = \pi$": runs["example3_pi"], r"$\theta(0) = -\pi$": runs["example3_minus_pi"]}
-    return panels(together(followers), (0.25, 1.0), "Example 3: one start, two ways round", shared_start=1)
+    return panels(side_by_side(followers), (0.25, 1.0), "Example 3: one start, two ways round", shared_start=1)
 
 
 def _topology(runs: Runs) -> Figure:

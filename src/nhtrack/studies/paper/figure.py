@@ -28,7 +28,7 @@ __all__ = [
     "leader_motion",
     "panels",
     "reference_path",
-    "together",
+    "side_by_side",
     "tracks",
 ]
 
@@ -75,7 +75,7 @@ def tracks(recording: Recording, *, joined: bool = False) -> Tracks:
     return Tracks(recording.robots, time, pose, ideal, recording.length_scale, tuple(pairs) if joined else ())
 
 
-def together(runs: Mapping[str, Recording]) -> Tracks:
+def side_by_side(runs: Mapping[str, Recording]) -> Tracks:
     """Returns the followers of several runs of one leader as if they were robots of one run.
 
     Args:

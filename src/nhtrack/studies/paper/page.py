@@ -10,14 +10,17 @@ from typing import Any
 from nhtrack.analysis.metrics import follower_figures, robot_figures, smallest_separation
 from nhtrack.config.robots import FollowerSection, LeaderSection, Start
 from nhtrack.config.scenario import Scenario
+from nhtrack.presentation.numbers import cell, quantity, seconds, share
 from nhtrack.presentation.shown import within
 from nhtrack.recording import Recording
 from nhtrack.references import SignalInput
 from nhtrack.settling import settling_limits
 from nhtrack.studies.paper.result import ExampleRuns
 
-STARTS = ("robot", "theta(0)", "x(0)", "y(0)", "omega(0)", "v_x(0)")
-FOLLOWERS = ("follower", "model", "position at T", "heading at T", "late position", "late heading", "settled after")
+START_HEADER = ("robot", "theta(0)", "x(0)", "y(0)", "omega(0)", "v_x(0)")
+FOLLOWER_HEADER = (
+    "follower", "model", "position at T", "heading at T", "late position", "late heading", "settled after",
+)  # fmt: skip
 
 _TITLE = """\
 # The paper's examples on wheels
@@ -62,7 +65,7 @@ def table(header: Sequence[str], rows: Iterable[Sequence[str]], words: int = 1) 
 
 def initial_conditions(scenario: Scenario) -> str:
     """Returns the table of a scenario's starts, with the paper's columns and in its order."""
-    return table(STARTS, start_rows(scenario))
+    return table(START_HEADER, start_rows(scenario))
 
 
 def start_rows(scenario: Scenario) -> list[list[str]]:
@@ -94,11 +97,11 @@ def _overview(done: Sequence[ExampleRuns]) -> str:
             robots = robot_figures(recording).values() if runs.wheels else ()
             rows.append([
                 f"[{name}](#example-{runs.example.number})",
-                f"{farthest(recording):.2f} m",
-                " / ".join(f"{share:.2f} %" for share, _ in late),
-                " / ".join(f"{heading:.2g} rad" for _, heading in late),
-                _length(max((robot["gap_position_rms"] for robot in robots), default=None)),
-                _share(max((robot["peak_utilisation"] for robot in robots), default=None)),
+                cell(farthest(recording), "m"),
+                " / ".join(share(part) for part, _ in late),
+                " / ".join(quantity(heading, "rad") for _, heading in late),
+                cell(max((robot["gap_position_rms"] for robot in robots), default=None), "m"),
+                cell(max((robot["peak_utilisation"] for robot in robots), default=None), "%"),
             ])  # fmt: skip
     header = ["scenario", "farthest start, on the floor", "late position, ideal / MuJoCo", "late heading"]
     return table([*header, "gap to the twin, RMS, on the floor", "peak friction utilisation"], rows)
@@ -117,7 +120,7 @@ def _section(runs: ExampleRuns, folder: str) -> str:
         parts += [heading, initial_conditions(scenario)]
     for figure in example.figures:
         parts.append(f"![{figure.caption}]({folder}/{figure.name}.png)\n\n*{figure.caption}*\n")
-    parts += ["What each follower makes of what it tracks:\n", table(FOLLOWERS, follower_rows(runs), 2)]
+    parts += ["What each follower makes of what it tracks:\n", table(FOLLOWER_HEADER, follower_rows(runs), 2)]
     if runs.wheels:
         parts.append("How far wheels and ideal twin part, on the floor, and what the floor had to do:\n")
         parts.append(_robot_table(runs))
@@ -189,10 +192,10 @@ def _error_cells(errors: Mapping[str, Any], recording: Recording) -> list[str]:
     path, cells = leader_path(recording), []
     for when in ("final", "late"):
         distance = errors[f"{when}_position_error"]
-        cells.append(f"{distance / recording.length_scale:.3g} m ({100 * distance / path:.2f} %)")
-        cells.append(f"{errors[f'{when}_heading_error']:.2g} rad")
+        cells.append(f"{quantity(distance / recording.length_scale, 'm')} ({share(distance / path)})")
+        cells.append(quantity(errors[f"{when}_heading_error"], "rad"))
     settled = errors["settling_time"]
-    return [*cells, "never" if settled is None else f"{settled / recording.time_scale:.3g} s"]
+    return [*cells, "never" if settled is None else seconds(settled / recording.time_scale)]
 
 
 def _robot_table(runs: ExampleRuns) -> str:
@@ -202,12 +205,12 @@ def _robot_table(runs: ExampleRuns) -> str:
         for robot, figures in robot_figures(recording).items():
             rows.append([
                 robot if len(runs.wheels) == 1 else f"{robot}, `{name}`",
-                f"{figures['path_length']:.2f} m",
-                _length(figures["gap_position_rms"]),
-                _length(figures["gap_position_max"]),
-                _microradians(figures["gap_heading_max"]),
-                _share(figures["peak_utilisation"]),
-                _share(figures["torque_saturation_share"]),
+                cell(figures["path_length"], "m"),
+                cell(figures["gap_position_rms"], "m"),
+                cell(figures["gap_position_max"], "m"),
+                cell(figures["gap_heading_max"], "rad"),
+                cell(figures["peak_utilisation"], "%"),
+                cell(figures["torque_saturation_share"], "%"),
             ])  # fmt: skip
     header = ["robot", "path", "gap RMS", "gap max", "heading gap max"]
     return table([*header, "peak friction utilisation", "time at the torque limit"], rows)
@@ -219,16 +222,16 @@ def _closest(recording: Recording) -> str:
     if found is None:
         return ""
     return (
-        f"The closest two robots came: {_length(found.distance)} between {' and '.join(found.robots)}, "
-        f"{found.time:.3g} s into the run on the floor.\n"
+        f"The closest two robots came: {cell(found.distance, 'm')} between {' and '.join(found.robots)}, "
+        f"{seconds(found.time)} into the run on the floor.\n"
     )
 
 
 def _late(recording: Recording) -> tuple[float, float]:
-    """Returns the largest late errors of all followers: position in per cent of the leader's path, heading [rad]."""
+    """Returns the largest late errors of all followers: position as a share of the leader's path, heading [rad]."""
     followers = follower_figures(recording).values()
     position = max(follower["late_position_error"] for follower in followers)
-    return 100 * position / leader_path(recording), max(follower["late_heading_error"] for follower in followers)
+    return position / leader_path(recording), max(follower["late_heading_error"] for follower in followers)
 
 
 def leader_path(recording: Recording) -> float:
@@ -240,21 +243,3 @@ def farthest(recording: Recording) -> float:
     """Returns how far from the leader the farthest follower starts [m]."""
     start = recording["pose"].values[0, :, :2]
     return float(max(math.hypot(*(place - start[0])) for place in start[1:]))
-
-
-def _length(value: float | None) -> str:
-    """Returns a length on the floor in the unit that reads best."""
-    if value is None:
-        return "-"
-    for unit, size in (("m", 1.0), ("mm", 1e-3), ("um", 1e-6)):
-        if value >= size:
-            return f"{value / size:.3g} {unit}"
-    return f"{value / 1e-6:.2g} um"
-
-
-def _microradians(value: float) -> str:
-    return f"{1e6 * value:.2g} urad" if value >= 1e-8 else "< 0.01 urad"
-
-
-def _share(value: float | None) -> str:
-    return "-" if value is None else f"{100 * value:.2g} %"

@@ -23,7 +23,7 @@ _INTRODUCTION = (
 
 
 @dataclass(frozen=True)
-class Table:
+class WordTable:
     """A table in words: its caption, its header and its rows, the first `words` columns to the left."""
 
     caption: str
@@ -33,7 +33,7 @@ class Table:
 
 
 @dataclass(frozen=True)
-class Section:
+class ExampleSection:
     """What the page says of one example.
 
     Attributes:
@@ -57,7 +57,7 @@ class Section:
     verdicts: Sequence[str]
     figures: Sequence[tuple[str, Path]]
     merits: Sequence[Sequence[str]]
-    tables: Sequence[Table]
+    tables: Sequence[WordTable]
     settings: Sequence[str]
 
 
@@ -72,7 +72,7 @@ HEADER = (
 )
 
 
-def write(sections: Sequence[Section], command: str, versions: Mapping[str, str], path: Path) -> Path:
+def write_paper_page(sections: Sequence[ExampleSection], command: str, versions: Mapping[str, str], path: Path) -> Path:
     """Writes the page of the paper's examples; the file appears under its name only once it is whole.
 
     Args:
@@ -84,13 +84,13 @@ def write(sections: Sequence[Section], command: str, versions: Mapping[str, str]
     return write_page(paper_page(sections, command, versions), path)
 
 
-def paper_page(sections: Sequence[Section], command: str, versions: Mapping[str, str]) -> Page:
+def paper_page(sections: Sequence[ExampleSection], command: str, versions: Mapping[str, str]) -> Page:
     """Returns what the page of the paper's examples shows. Arguments as `write`."""
     return Page(
         "paper.html.j2",
         "The paper's examples on wheels",
         {"overview": "Overview"} | {f"example-{each.number}": f"Example {each.number}" for each in sections},
-        verdicts(sections),
+        paper_verdicts(sections),
         [("With the same versions, this runs the same:", command)],
         versions,
         description=_INTRODUCTION,
@@ -108,7 +108,7 @@ def paper_page(sections: Sequence[Section], command: str, versions: Mapping[str,
     )
 
 
-def verdicts(sections: Sequence[Section]) -> list[str]:
+def paper_verdicts(sections: Sequence[ExampleSection]) -> list[str]:
     """Returns sentences on which examples came out as the paper says."""
     told = {
         "reached": "In {} it is as claimed: every follower settles, position and heading.",
@@ -123,7 +123,7 @@ def verdicts(sections: Sequence[Section]) -> list[str]:
     return found
 
 
-def _of(sections: Sequence[Section], mark: str) -> str:
+def _of(sections: Sequence[ExampleSection], mark: str) -> str:
     return f"{sum(each.mark == mark for each in sections)} of {len(sections)}"
 
 
@@ -134,7 +134,7 @@ class Picture(NamedTuple):
     width: int
 
 
-def _pictures(sections: Sequence[Section]) -> dict[Path, Picture]:
+def _pictures(sections: Sequence[ExampleSection]) -> dict[Path, Picture]:
     """Returns the figures as they stand in the page, by their files, all letters of one size."""
     contents = {file: file.read_bytes() for each in sections for _, file in each.figures}
     return {file: Picture(base64.b64encode(png).decode(), _width(png)) for file, png in contents.items()}

@@ -23,8 +23,16 @@ from nhtrack.presentation.numbers import quantity, seconds, share
 from nhtrack.presentation.shown import within
 from nhtrack.recording import Recording
 from nhtrack.settling import LATE
-from nhtrack.studies.paper.page import FOLLOWERS, STARTS, farthest, follower_rows, leader_path, settings, start_rows
-from nhtrack.studies.paper.report import NEAR, Section, Table
+from nhtrack.studies.paper.page import (
+    FOLLOWER_HEADER,
+    START_HEADER,
+    farthest,
+    follower_rows,
+    leader_path,
+    settings,
+    start_rows,
+)
+from nhtrack.studies.paper.report import NEAR, ExampleSection, WordTable
 from nhtrack.studies.paper.result import ExampleRuns
 
 CLAIMS = {
@@ -77,7 +85,7 @@ def merit(recording: Recording) -> Merit:
     return Merit(began, end, earlier, turned, settled)
 
 
-def sections(done: Sequence[ExampleRuns], folder: Path) -> list[Section]:
+def sections(done: Sequence[ExampleRuns], folder: Path) -> list[ExampleSection]:
     """Returns what the report says of examples.
 
     Args:
@@ -87,18 +95,18 @@ def sections(done: Sequence[ExampleRuns], folder: Path) -> list[Section]:
     return [_section(runs, folder) for runs in done]
 
 
-def command(done: Sequence[ExampleRuns]) -> str:
+def paper_command(done: Sequence[ExampleRuns]) -> str:
     """Returns the command that runs examples."""
     numbers = ",".join(str(runs.example.number) for runs in done)
     words = ["nhtrack", "paper", "--examples", numbers]
     return shlex.join(words + ([] if done[0].wheels else ["--backend", "ideal"]))
 
 
-def _section(runs: ExampleRuns, folder: Path) -> Section:
+def _section(runs: ExampleRuns, folder: Path) -> ExampleSection:
     example = runs.example
     scenarios = {name: recording.scenario for name, recording in runs.shown.items()}
     marks = [merit(recording).mark for recording in runs.shown.values()]
-    return Section(
+    return ExampleSection(
         example.number,
         example.title,
         example.text,
@@ -108,10 +116,10 @@ def _section(runs: ExampleRuns, folder: Path) -> Section:
         [(figure.caption, folder / f"{figure.name}.png") for figure in example.figures],
         [_merits(name, runs) for name in runs.shown],
         [
-            Table("What each follower makes of what it tracks", FOLLOWERS, follower_rows(runs), words=2),
+            WordTable("What each follower makes of what it tracks", FOLLOWER_HEADER, follower_rows(runs), words=2),
             *([_robots(runs)] if runs.wheels else []),
             *(
-                Table(f"Initial conditions of paper/{name}", STARTS, start_rows(scenario))
+                WordTable(f"Initial conditions of paper/{name}", START_HEADER, start_rows(scenario))
                 for name, scenario in scenarios.items()
             ),
         ],
@@ -136,12 +144,11 @@ def _ending(name: str, recording: Recording, named: bool) -> str:
     which = f"In {name} followers" if named else "Followers"
     settle = f"{'settle' if found.settled else 'do not settle'} {within(limits_of(recording))} of their places"
     still = "and still shrinks" if found.late <= _SHRINKS * found.before else "and has stopped shrinking"
+    late, began, before = (quantity(value / scale, "m") for value in (found.late, found.began, found.before))
     return (
-        f"{which} {settle} on the floor: they are within {found.late / scale:.3g} m in the last {share(LATE)} of the "
-        "run, "
-        f"{share(found.late / found.began)} of the {found.began / scale:.3g} m from which the farthest began, and "
-        f"within {quantity(found.heading, 'rad')}; the distance was up to {found.before / scale:.3g} m just before, "
-        f"{still}."
+        f"{which} {settle} on the floor: they are within {late} in the last {share(LATE)} of the run, "
+        f"{share(found.late / found.began)} of the {began} from which the farthest began, and within "
+        f"{quantity(found.heading, 'rad')}; the distance was up to {before} just before, {still}."
     )
 
 
@@ -185,7 +192,7 @@ def _merits(name: str, runs: ExampleRuns) -> list[str]:
     ]
 
 
-def _robots(runs: ExampleRuns) -> Table:
+def _robots(runs: ExampleRuns) -> WordTable:
     """Returns how far each robot's wheels and its ideal twin part, on the floor, and what they asked of it."""
     rows = [
         [
@@ -201,7 +208,7 @@ def _robots(runs: ExampleRuns) -> Table:
         for robot, figures in robot_figures(recording).items()
     ]
     header = ["robot", "path", "gap RMS", "gap max", "heading gap max", "peak friction utilisation"]
-    return Table("How far wheels and ideal twin part, on the floor", [*header, "time at the torque limit"], rows)
+    return WordTable("How far wheels and ideal twin part, on the floor", [*header, "time at the torque limit"], rows)
 
 
 def _largest(recording: Recording, figure: str) -> float | None:

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
 
+from nhtrack.config.values import Backend
 from nhtrack.errors import RecordingError
 from nhtrack.experiment.load import load
 from nhtrack.files.atomic import atomic_path
@@ -19,7 +20,6 @@ from nhtrack.terminal.progress import Stage
 if TYPE_CHECKING:
     from nhtrack.experiment.loop import Progress
 
-Backend = Literal["mujoco", "ideal"]
 
 _FOLDER = "paper"  # of the scenarios, and of the figures beside the page
 
@@ -121,8 +121,8 @@ def _write_page(done: Sequence[ExampleRuns], path: Path) -> Path:
 
 
 def _write_report(done: Sequence[ExampleRuns], folder: Path) -> Path:
-    from nhtrack.studies.paper.report import write
-    from nhtrack.studies.paper.report_sections import command, sections
+    from nhtrack.studies.paper.report import write_paper_page
+    from nhtrack.studies.paper.report_sections import paper_command, sections
 
     made = next(iter(done[0].shown.values())).versions
-    return write(sections(done, folder / _FOLDER), command(done), made, folder / "report.html")
+    return write_paper_page(sections(done, folder / _FOLDER), paper_command(done), made, folder / "report.html")

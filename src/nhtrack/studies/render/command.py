@@ -22,7 +22,7 @@ class Camera(StrEnum):
     split = "split"  # type: ignore[assignment]  # a string has a method of that name
 
 
-class Quality(StrEnum):
+class QualityChoice(StrEnum):
     """What is spent on the film's pictures."""
 
     draft = "draft"
@@ -40,7 +40,7 @@ def render(
     size: Annotated[str | None, typer.Option(metavar="WxH", help="Pixels, such as 1280x720.")] = None,
     fps: Annotated[int | None, typer.Option(min=1, max=120, help="Frames per second.")] = None,
     speed: Annotated[float | None, typer.Option(help="Robot seconds per second of film.")] = None,
-    quality: Annotated[Quality | None, typer.Option(help="By default as the scenario says.")] = None,
+    quality: Annotated[QualityChoice | None, typer.Option(help="By default as the scenario says.")] = None,
     processes: Annotated[
         int | None, typer.Option(min=1, help="Processes that draw; by default one for each core. Same pixels.")
     ] = None,

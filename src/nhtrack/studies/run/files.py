@@ -46,7 +46,7 @@ def make_film(
 def write_run_report(outcome: Outcome, folder: Path, skipped: Sequence[str]) -> Path:
     """Returns the report of a run, with the film in it if the folder has one."""
     from nhtrack.config.documentation import json_schema
-    from nhtrack.studies.run.report import Extras, write
+    from nhtrack.studies.run.report import Extras, write_run_page
 
     film, mark = folder / "video.mp4", "no video: "
     reasons = [reason.removeprefix(mark) for reason in skipped if reason.startswith(mark)]
@@ -54,4 +54,4 @@ def write_run_report(outcome: Outcome, folder: Path, skipped: Sequence[str]) -> 
         reasons.append("the run did not complete")
     reason = next(iter(reasons), "none was asked for")
     extras = Extras(film if film.exists() else None, reason, json_schema())
-    return write(outcome.recording, outcome.summary, folder / "report.html", extras)
+    return write_run_page(outcome.recording, outcome.summary, folder / "report.html", extras)

@@ -11,7 +11,7 @@ from nhtrack.recording import Recording
 from nhtrack.report.data import payload
 from nhtrack.report.page import Page, render_page, write_page
 from nhtrack.report.scenario_listing import meanings, yaml_text
-from nhtrack.report.summary_text import about, event_spans, tiles, verdicts
+from nhtrack.report.summary_text import about, event_spans, run_verdicts, tiles
 from nhtrack.report.timed import SCRIPTS, SECTIONS, timed_contents, with_film
 
 _REPEAT = "With the same versions, this repeats the run to the last bit, in the folder of this page:"
@@ -33,7 +33,7 @@ class Extras:
     schema: Mapping[str, Any] = field(default_factory=dict)
 
 
-def write(recording: Recording, summary: Mapping[str, Any], path: Path, extras: Extras | None = None) -> Path:
+def write_run_page(recording: Recording, summary: Mapping[str, Any], path: Path, extras: Extras | None = None) -> Path:
     """Writes the page of a run; the file appears under its name only once it is whole.
 
     Args:
@@ -45,7 +45,7 @@ def write(recording: Recording, summary: Mapping[str, Any], path: Path, extras: 
     return write_page(run_page(recording, summary, extras or Extras()), path)
 
 
-def render(recording: Recording, summary: Mapping[str, Any], extras: Extras | None = None) -> str:
+def render_run_page(recording: Recording, summary: Mapping[str, Any], extras: Extras | None = None) -> str:
     """Returns the page of a run as HTML; the same run gives the same bytes. Arguments as `write`."""
     return render_page(run_page(recording, summary, extras or Extras()))
 
@@ -58,7 +58,7 @@ def run_page(recording: Recording, summary: Mapping[str, Any], extras: Extras) -
         "run.html.j2",
         recording.name,
         SECTIONS | {"scenario": "Scenario"},
-        verdicts(summary, about(recording)),
+        run_verdicts(summary, about(recording)),
         [(_REPEAT, "nhtrack run recording.nc"), (_SCENARIO, "nhtrack run scenario.yaml")],
         recording.versions,
         description=recording.scenario.description,

@@ -62,6 +62,8 @@ def run(
 ) -> Outcome:
     """Returns what a run of a scenario left behind: its recording and its figures; files only where `out` is given.
 
+    A run that is interrupted is returned as far as it went.
+
     Args:
         scenario: a bundled name, a scenario file, a YAML text, a recording, or a loaded scenario.
         seed: of everything random, in place of the scenario's.
@@ -115,21 +117,26 @@ def simulate(scenario: Scenario, stage: Stage | None = None, folder: Path | None
         scenario = with_time(scenario, stage("time scale") if stage is not None else None, robot)
     experiment = build(scenario, robot)
     storage(_bytes(experiment), folder)  # told before anything runs
-    drive = robot.plant
-    ideal = IdealSimulation(experiment.network.names, drive, experiment.dt, experiment.scene.ground)
+    drive, size = robot.plant, experiment.size
+    ideal = IdealSimulation(experiment.network.names, drive, experiment.dt, experiment.scene.ground, size=size)
     twin = _roll(ideal, experiment, stage, "ideal twin", folder)
-    if twin.interrupted:
+    if twin.interrupted and scenario.backend != "ideal":
         raise KeyboardInterrupt  # before the run proper began: there is nothing to keep
+    import xarray  # noqa: F401 - takes a second, for which who interrupts the run need not wait
+
+    predicted = run_warnings(scenario, experiment, twin, drive)  # nor for these
     if scenario.backend == "ideal":
         main, scene = twin, None
     else:
         scene = stepped_scene(experiment.scene, robot)
         threads = (os.cpu_count() or 1) if len(experiment.scene.bodies) >= _FLEET else 1
-        simulation = MujocoSimulation(scene, experiment.dt, threads=threads, spec=experiment.scene)
+        simulation = MujocoSimulation(
+            scene, experiment.dt, threads=threads, spec=experiment.scene, size=experiment.size
+        )
         main = _roll(simulation, experiment, stage, "MuJoCo", folder)
     recording = _recording(scenario, experiment, drive, main, twin, scene)
     events = find_events(recording)
-    told = [*warnings(scenario, experiment, twin, drive), *sentences(events)]
+    told = [*predicted, *sentences(events)]
     return Outcome(recording, summary(recording, events) | {"warnings": told}, main.failure, events)
 
 
@@ -185,7 +192,7 @@ def run_scenario(
     return replace(outcome, folder=folder, files=tuple(files), skipped=tuple(skipped))
 
 
-def warnings(scenario: Scenario, experiment: Experiment, twin: Rollout, drive: DiffDrive) -> tuple[str, ...]:
+def run_warnings(scenario: Scenario, experiment: Experiment, twin: Rollout, drive: DiffDrive) -> tuple[str, ...]:
     """Returns what the gains and the ideal run say will go wrong on wheels, in sentences."""
     found = experiment.law.warnings()
     interpreted = entry_of(experiment.law.kind).interpreted

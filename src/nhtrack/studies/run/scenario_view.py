@@ -33,7 +33,7 @@ def _drawings(scenario: Scenario) -> list[PageImage]:
     least, most = _GRAPH
     if not least <= len(scenario.parents) <= most:
         return []
-    return [drawing(graph(scenario.parents, "Who tracks whom"), f"{scenario.name}: who tracks whom")]
+    return [drawing(graph(scenario.parents, "Who tracks whom"), f"{scenario.name}: who tracks whom", scale=0.9)]
 
 
 def _robots(scenario: Scenario) -> ResultTable:

@@ -5,10 +5,11 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any
 
+from nhtrack.presentation.numbers import cell, degrees, seconds
 from nhtrack.presentation.result_table import ResultTable, TableRow
 from nhtrack.presentation.shown import settled_note
 from nhtrack.settling import SettlingLimits
-from nhtrack.terminal.screen import escape, print_line, rich_table, show_metres, show_quantity, show_share
+from nhtrack.terminal.screen import escape, print_line, rich_table
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -46,12 +47,12 @@ def followers_table(summary: dict[str, Any]) -> ResultTable:
             TableRow(
                 (
                     name,
-                    show_metres(figures["initial_position_error"]),
-                    show_metres(figures["final_position_error"]),
-                    show_quantity(figures["final_heading_error"], "rad"),
-                    show_metres(figures["late_position_error"]),
-                    show_quantity(figures["late_heading_error"], "rad"),
-                    show_quantity(figures["settling_time"], "s"),
+                    cell(figures["initial_position_error"], "m"),
+                    cell(figures["final_position_error"], "m"),
+                    cell(figures["final_heading_error"], "rad"),
+                    cell(figures["late_position_error"], "m"),
+                    cell(figures["late_heading_error"], "rad"),
+                    cell(figures["settling_time"], "s"),
                 )
             )
             for name, figures in rows
@@ -70,11 +71,11 @@ def _robots_table(summary: dict[str, Any]) -> ResultTable:
             TableRow(
                 (
                     name,
-                    show_metres(figures["path_length"]),
-                    show_metres(figures["gap_position_rms"]),
-                    show_metres(figures["gap_position_max"]),
-                    show_share(figures["peak_utilisation"]),
-                    show_share(figures["torque_saturation_share"]),
+                    cell(figures["path_length"], "m"),
+                    cell(figures["gap_position_rms"], "m"),
+                    cell(figures["gap_position_max"], "m"),
+                    cell(figures["peak_utilisation"], "%"),
+                    cell(figures["torque_saturation_share"], "%"),
                 )
             )
             for name, figures in rows
@@ -99,8 +100,8 @@ def _events_table(events: list[dict[str, Any]]) -> ResultTable:
                 event["kind"],
                 event["robot"],
                 event["wheel"] or "-",
-                f"{event['start']:.2f} s",
-                f"{event['end']:.2f} s",
+                seconds(event["start"]),
+                seconds(event["end"]),
                 f"{event['measure']} {_how_bad(event)}",
             )
         )
@@ -114,10 +115,7 @@ def _events_table(events: list[dict[str, Any]]) -> ResultTable:
 
 def _how_bad(event: dict[str, Any]) -> str:
     """Returns the figure of an event as people read it: shares in per cent, angles in degrees."""
-    match event["unit"]:
-        case "1":
-            return show_share(event["worst"])
-        case "rad":
-            return show_quantity(None if event["worst"] is None else math.degrees(event["worst"]), "degrees")
-        case unit:
-            return show_quantity(event["worst"], unit)
+    worst, unit = event["worst"], event["unit"]
+    if unit == "rad":
+        return "-" if worst is None else degrees(worst)
+    return cell(worst, "%" if unit == "1" else unit)

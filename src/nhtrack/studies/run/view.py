@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
+import numpy as np
+
 from nhtrack.analysis.events import Event, find_events, sentences
 from nhtrack.analysis.metrics import summary as figures_of
 from nhtrack.errors import RecordingError, RenderError
@@ -12,7 +14,7 @@ from nhtrack.plots import errors, trajectories
 from nhtrack.presentation.notebook import NotebookView, PageImage, drawing, html_of, photograph
 from nhtrack.presentation.numbers import seconds
 from nhtrack.recording import Recording
-from nhtrack.report.summary_text import about, tiles, verdicts
+from nhtrack.report.summary_text import about, run_verdicts, tiles
 from nhtrack.studies.run.result import Outcome
 from nhtrack.studies.run.tables import run_tables
 
@@ -39,7 +41,7 @@ def run_html(recording: Recording, summary: dict[str, Any], events: Sequence[Eve
     """
     strip, no_strip = film_strip(recording)
     drawn, undrawn = _drawings(recording, events)
-    first, *verdict = verdicts(summary, about(recording))
+    first, *verdict = run_verdicts(summary, about(recording))
     view = NotebookView(
         recording.name,
         lead=first,
@@ -55,6 +57,8 @@ def run_html(recording: Recording, summary: dict[str, Any], events: Sequence[Eve
 
 def film_strip(recording: Recording) -> tuple[list[PageImage], list[str]]:
     """Returns some pictures of a run, or the reason why there are none."""
+    if recording.outcome.startswith("diverged"):
+        return [], ["No pictures: the run diverged."]
     from nhtrack.video.stills import stills
 
     try:
@@ -63,6 +67,7 @@ def film_strip(recording: Recording) -> tuple[list[PageImage], list[str]]:
         return [], [f"No pictures: {error}."]
 
 
+@np.errstate(over="ignore", invalid="ignore")  # axes that are to show what diverged
 def _drawings(recording: Recording, events: Sequence[Event]) -> tuple[list[PageImage], list[str]]:
     """Returns drawings of a run, or the reason why there are none: one gone wild has numbers that no axis can show."""
     try:

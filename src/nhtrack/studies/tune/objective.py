@@ -8,7 +8,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from nhtrack.analysis.demand import largest_factors, motion_of
+from nhtrack.analysis.motion import motion_of
+from nhtrack.analysis.speedup import largest_factors
 from nhtrack.arrays import Array
 from nhtrack.errors import NhtrackError, did_you_mean
 from nhtrack.experiment.loop import Rollout
@@ -80,8 +81,7 @@ def figures_of(
     utilisation, pace = np.zeros(len(path)), np.zeros(len(path))
     for robot in bodies:  # one at a time: these are the largest arrays of a search
         motion = motion_of(run, robot)
-        friction, gravity = ground.friction_at(drive.wheel_places(motion.g)), ground.gravity_at(motion.g[..., 2])
-        used = drive.friction_utilisation(*motion.rates, friction, gravity)
+        used = drive.predicted_utilisation(ground, motion.g, *motion.rates)
         utilisation = np.maximum(utilisation, used.max(axis=(0, -1)))
         with np.errstate(divide="ignore"):
             pace = np.maximum(pace, 1 / largest_factors(motion, drive, ground.scaled(margin)).min(axis=(0, 1, -1)))

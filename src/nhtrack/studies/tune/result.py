@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from nhtrack.config.scenario import Scenario
+from nhtrack.presentation.numbers import counted
 from nhtrack.studies.tune.objective import Objective, RunFigures
 from nhtrack.views import drawn_by
 
@@ -61,9 +62,9 @@ class Tuning:
     def account(self) -> str:
         """The search in a line."""
         bound = ", gains below their bounds allowed" if self.below_bound else ""
-        count = len(self.history)
+        searched = f"{counted(self.candidates, 'candidate')} in {counted(len(self.history), 'generation')}"
         return (
-            f"objective {self.objective}, {self.candidates} candidates in {count} generation{'s' * (count > 1)}, "
+            f"objective {self.objective}, {searched}, "
             f"seed {self.seed}{bound}, friction margin {self.scenario.similarity.friction_margin:g}"
         )
 

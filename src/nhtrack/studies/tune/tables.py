@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import TYPE_CHECKING
 
+from nhtrack.presentation.numbers import cell
 from nhtrack.presentation.result_table import ResultTable, TableRow
 from nhtrack.presentation.shown import settled_note
 from nhtrack.settling import settling_limits
-from nhtrack.terminal.screen import escape, print_line, rich_table, show_quantity, show_share
+from nhtrack.terminal.screen import escape, print_line, rich_table
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -39,26 +39,18 @@ def tuning_table(found: Tuning) -> ResultTable:
     """Returns the gains and what they leave, before and after."""
     before, after = found.figures_before, found.figures
     gains = [TableRow((name, f"{found.gains_before[name]:g}", f"{gain:g}")) for name, gain in found.gains.items()]
-    figures: list[tuple[str, float, float, Callable[[float], str]]] = [
-        ("late error / path", before.late_position, after.late_position, show_share),
-        ("late heading error", before.late_heading, after.late_heading, _radians),
-        ("settled after, of the run", before.settling, after.settling, show_share),
-        ("peak friction utilisation", before.utilisation, after.utilisation, show_share),
-        ("time scale needed, of given", before.pace, after.pace, show_share),
-        ("cost", found.cost_before, found.cost, _plain),
+    figures = [
+        ("late error / path", before.late_position, after.late_position, "%"),
+        ("late heading error", before.late_heading, after.late_heading, "rad"),
+        ("settled after, of the run", before.settling, after.settling, "%"),
+        ("peak friction utilisation", before.utilisation, after.utilisation, "%"),
+        ("time scale needed, of given", before.pace, after.pace, "%"),
+        ("cost", found.cost_before, found.cost, "1"),
     ]
     rows = [
-        TableRow((meaning, show(old), show(new)), begins=place == 0)
-        for place, (meaning, old, new, show) in enumerate(figures)
+        TableRow((meaning, cell(old, unit), cell(new, unit)), begins=place == 0)
+        for place, (meaning, old, new, unit) in enumerate(figures)
     ]
     title = f"{found.scenario.name}: gains of the {found.scenario.law.name} law"
     note = settled_note(settling_limits(found.scenario.similarity.length))
     return ResultTable(title, ("", "before", "found"), (*gains, *rows), frozenset({""}), notes=(note,))
-
-
-def _radians(value: float) -> str:
-    return show_quantity(value, "rad")
-
-
-def _plain(value: float) -> str:
-    return show_quantity(value, "")

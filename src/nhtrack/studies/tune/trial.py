@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
-from nhtrack.analysis.demand import robots_with_wheels
+from nhtrack.analysis.motion import robots_with_wheels
 from nhtrack.arrays import Array
 from nhtrack.config.scenario import Scenario
 from nhtrack.experiment.build import build
@@ -51,7 +51,8 @@ class Trial:
         """Returns the figures of one batched rollout; NaN for the candidates that lose their robots."""
         gains = {name: batch[:, i, None] for i, name in enumerate(self._names)}
         experiment = build(with_gains(scenario, gains), self._robot)
-        simulation = IdealSimulation(experiment.network.names, None, experiment.dt, keep_going=True)
+        names, size = experiment.network.names, experiment.size
+        simulation = IdealSimulation(names, None, experiment.dt, keep_going=True, size=size)
         run = experiment.rollout(simulation, progress, batch=(len(batch),))
         run.require_whole()  # a robot that runs away is a candidate that is lost, and no failure
         bodies = list(robots_with_wheels(experiment).values())

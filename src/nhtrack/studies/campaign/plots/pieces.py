@@ -38,11 +38,6 @@ def letter(place: int) -> str:
     return "abcdefghijklmnopqrstuvwxyz"[place % 26]
 
 
-def grouped(number: int) -> str:
-    """Returns a number with its thousands apart."""
-    return f"{number:,}".replace(",", " ") if number >= 10_000 else str(number)
-
-
 def title(figure: Figure, text: str) -> None:
     """Writes a figure's title."""
     figure.suptitle(text, x=0.01, ha="left", fontsize=11.0, fontweight="bold", color=INK)

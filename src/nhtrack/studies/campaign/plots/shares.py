@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import textwrap
 from collections.abc import Sequence
 from typing import Any
@@ -14,24 +13,13 @@ from matplotlib.figure import Figure
 
 from nhtrack.colours import INK
 from nhtrack.plots.style import plain, styled
-from nhtrack.studies.campaign.plots.pieces import QUIET, SHADES, grouped, names, settled_within, title
+from nhtrack.presentation.numbers import grouped, percent
+from nhtrack.studies.campaign.plots.pieces import QUIET, SHADES, names, settled_within, title
 
 _DARK = 0.595  # share of which white and black letters are equally readable
 _BLANK = "#ECECEC"  # a cell that was not measured
 _CELL = (0.98, 0.60)  # [in] width and height of a cell of the map of shares
 _BACKENDS = {"ideal": "Ideal model", "mujoco": "Wheels in MuJoCo"}
-
-
-def percent(share: float) -> str:
-    """Returns a share in per cent, with as many digits as tell it from none and from all.
-
-    0 and 100 mean exactly none and all: 9999 of 10 000 are 99.99.
-    """
-    rest = 100 * min(share, 1 - share)
-    if rest < 1e-9:  # nothing but rounding: a share of a hundred thousand million runs
-        return "100" if share > 0.5 else "0"
-    digits = max(1, math.ceil(-math.log10(rest)))
-    return f"{100 * share:.{digits}f}".rstrip("0").rstrip(".")
 
 
 @styled

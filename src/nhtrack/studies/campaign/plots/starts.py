@@ -22,12 +22,13 @@ from nhtrack import se2
 from nhtrack.colours import INK, ROOT
 from nhtrack.plots.paths import DART
 from nhtrack.plots.style import panel_title, plain, styled
+from nhtrack.presentation.numbers import grouped
+from nhtrack.simulation.faults import LOST
 from nhtrack.studies.campaign.plots.pieces import (
     LONE,
     QUIET,
     SHADES,
     grid,
-    grouped,
     legend,
     letter,
     name_outer,
@@ -204,7 +205,7 @@ def _start_legend(figure: Figure, runs: pd.DataFrame, note: str, scale: Normaliz
     if (~runs["converged"] & ~runs["lost"]).any():
         entries.append(Line2D([], [], color=_FAILED, label="does not converge", **look | {"markeredgecolor": INK}))
     if runs["lost"].any():
-        entries.append(Line2D([], [], color=INK, label="lost: ran away or tipped", **look))
+        entries.append(Line2D([], [], color=INK, label=f"lost: {LOST}", **look))
     if ringed:
         ring = {"marker": "o", "markersize": 10, "markerfacecolor": "none", "markeredgecolor": INK}
         entries.append(Line2D([], [], label="the worst, with its number", **look | ring))

@@ -1,6 +1,6 @@
 """Writes the wedges of scenarios/stress: formation64, six levels below its leader, and formation1000, 26 levels.
 
-    python docs/generate_formation64.py
+    python docs/_generate/generate_formation64.py
 
 Row k of a wedge has 3 k robots and stands k depths behind the leader, in gaps of the row before it; of the last row,
 as many as are left stand in its middle. A robot in a gap has the two robots beside the gap as parents and stands
@@ -15,7 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
-FOLDER = Path(__file__).resolve().parents[1] / "scenarios" / "stress"
+FOLDER = Path(__file__).resolve().parents[2] / "scenarios" / "stress"
 
 DEPTH, GAP = 0.4, 0.32  # [m] between rows, and between the robots of a row
 
@@ -87,7 +87,7 @@ FORMATION64 = Wedge(
 # every robot up to {x} m, {y} m and {theta} rad from there; it closes up while it drives. Robots touch each
 # other here, as they would.
 #
-# Written by docs/generate_formation64.py; change that and run it again.
+# Written by docs/_generate/generate_formation64.py; change that and run it again.
 
 name: formation64
 description: "A wedge of 64 robots, six levels deep, on a winding road"
@@ -114,7 +114,7 @@ FORMATION1000 = Wedge(
     + """ Of the last row only the middle is there. Every robot starts up to {x} m, {y} m
 # and {theta} rad from its place. Robots do not touch each other here: each is stepped alone.
 #
-# Written by docs/generate_formation64.py; change that and run it again.
+# Written by docs/_generate/generate_formation64.py; change that and run it again.
 
 name: formation1000
 description: "A wedge of 1000 robots, 26 levels deep, sets off"

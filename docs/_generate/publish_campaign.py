@@ -1,6 +1,6 @@
 """Takes what docs/convergence.md shows of a campaign into docs/campaigns/: its table, its account, its figures.
 
-Run as `python docs/publish_campaign.py runs/campaign-ideal ideal`, then `python docs/generate_convergence.py`.
+Run as `python docs/_generate/publish_campaign.py runs/campaign-ideal ideal`, and generate_convergence.py after it.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from PIL import Image
 
 from nhtrack.studies.campaign.plots import save_campaign_figures
 
-CAMPAIGNS = Path(__file__).parent / "campaigns"
+CAMPAIGNS = Path(__file__).resolve().parents[1] / "campaigns"
 FIGURES = ("share_map", "settling", "late_errors", "start_map_universal")
 SCALE, COLOURS = 5 / 8, 128  # of pictures: small enough to be kept, and still sharp on a page
 

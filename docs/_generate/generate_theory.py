@@ -1,6 +1,6 @@
 """Writes the tables and the figures of docs/theory.md anew; takes a few minutes.
 
-Run as `python docs/generate_theory.py`.
+Run as `python docs/_generate/generate_theory.py`.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ from nhtrack.similarity import Similarity
 from nhtrack.simulation.ideal import IdealSimulation
 from nhtrack.simulation.state import State
 
-DOCS = Path(__file__).parent
+DOCS = Path(__file__).resolve().parents[1]
 PAGE = DOCS / "theory.md"
 FIGURES = DOCS / "figures"
 

@@ -1,7 +1,7 @@
 """Writes the tables of docs/convergence.md, and that of laws in README.md, from what campaigns left in docs/campaigns/.
 
-Run as `python docs/generate_convergence.py`. A campaign's folder there holds its `cells.csv` and, in `figures/`, those
-of its figures that the page shows; a folder that is not there leaves a line that says so.
+Run as `python docs/_generate/generate_convergence.py`. A campaign's folder there holds its `cells.csv` and, in
+`figures/`, those of its figures that the page shows; a folder that is not there leaves a line that says so.
 """
 
 from __future__ import annotations
@@ -15,9 +15,9 @@ import pandas as pd
 from pages import fill, table
 
 from nhtrack.config.families import FAMILIES, RANDOM
-from nhtrack.studies.campaign.plots import percent
+from nhtrack.presentation.numbers import percent
 
-DOCS = Path(__file__).parent
+DOCS = Path(__file__).resolve().parents[1]
 PAGE = DOCS / "convergence.md"
 README = DOCS.parent / "README.md"
 CAMPAIGNS = DOCS / "campaigns"

@@ -1,6 +1,6 @@
 """Writes the tables and figures of docs/fidelity.md anew, between their markers; takes a few minutes.
 
-Run as `python docs/generate_fidelity.py`. The figures are those of `nhtrack fidelity`.
+Run as `python docs/_generate/generate_fidelity.py`. The figures are those of `nhtrack fidelity`.
 """
 
 from __future__ import annotations
@@ -25,8 +25,8 @@ from nhtrack.studies.fidelity.motion import drive_open_loop, open_loop_error, st
 from nhtrack.studies.fidelity.open_loop import SHARE, TIMESTEPS, errors, path_length
 from nhtrack.studies.run.run import versions
 
-PAGE = Path(__file__).with_name("fidelity.md")
-FIGURES = Path(__file__).with_name("figures")
+PAGE = Path(__file__).resolve().parents[1] / "fidelity.md"
+FIGURES = PAGE.with_name("figures")
 COLOURS = dict(zip(assets.robots(), ("#D55E00", "#0072B2", "#009E73", "#8A8A8A"), strict=False))
 
 
