@@ -9,10 +9,11 @@ import numpy as np
 import pytest
 
 from elements import Elements
-from nhtrack.analysis.metrics import late_rows
+from nhtrack.analysis.metrics import late_rows, summary
 from nhtrack.experiment.load import load
 from nhtrack.recording import Recording
 from nhtrack.report.page import render_page
+from nhtrack.studies.paper.page import page
 from nhtrack.studies.paper.report import Section, Table, paper_page, verdicts
 from nhtrack.studies.paper.report_sections import CLAIMS, Merit, command, merit, sections
 from nhtrack.studies.paper.run import EXAMPLES, Example, ExampleRuns
@@ -62,6 +63,16 @@ def run_of(name: str, backend: str) -> Recording:
 def runs_of(example: Example, *, wheels: bool = True) -> ExampleRuns:
     on_wheels, ideal = ({name: run_of(name, each) for name in example.scenarios} for each in ("mujoco", "ideal"))
     return ExampleRuns(example, on_wheels if wheels else {}, ideal)
+
+
+def test_the_page_tells_the_worst_follower() -> None:
+    runs = runs_of(EXAMPLES[5])
+    ((name, ideal),) = runs.ideal.items()
+    ideal["error"].values[:, 1:, 2] *= [1.0, 3.0, 2.0]
+    late = [f["late_heading_error"] for f in summary(ideal)["followers"].values()]
+    assert max(late) == late[1]
+    (row,) = re.findall(rf"\| \[{name}\].*", page([runs], "paper"))
+    assert row.split(" | ")[3].startswith(f"{max(late):.2g} rad / ")
 
 
 def test_an_example_is_told_from_its_runs() -> None:
