@@ -416,6 +416,8 @@ class TestRealWheels:
     def test_a_robot_that_tips_lifts_a_wheel_and_leans_first(self) -> None:
         found = outcome(*FAST_TURN, duration=1.0)
         assert found.failure is not None
+        first = found.recording.dataset.isel(time=0)
+        np.testing.assert_array_equal(first["ideal_pose"], first["pose"])  # the twin went on: its first rows are kept
         assert kinds(found, "follower") == set()
         events = {event["kind"]: event for event in found.summary["events"]}
         assert {"wheel off the floor", "leaning", "tipped"} <= set(events)

@@ -108,7 +108,7 @@ def test_feasibility_and_inspect_are_what_the_commands_print() -> None:
     told = {each.name: each.value for each in nhtrack.inspect("burger").properties}
     assert told["wheel radius"] == 0.033
     shown = invoke("inspect", "burger").stdout
-    assert all(words in shown for words in ("wheel radius", "0.033 m", "motion limits", "ctrlrange of"))
+    assert all(words in shown for words in ("wheel radius", "33 mm", "motion limits", "ctrlrange of"))
 
 
 def test_limits_of_motion_grow_with_friction_and_end_where_there_is_none() -> None:
