@@ -19,7 +19,7 @@ from nhtrack.plots.event_marks import mark_events
 from nhtrack.plots.style import column_styled
 from nhtrack.plots.time_figure import DASHED, LIMIT, Sheet
 from nhtrack.presentation.numbers import common_prefix, quantity
-from nhtrack.presentation.shown import CROWD
+from nhtrack.presentation.shown import CROWD, of_worse_wheel
 from nhtrack.recording import Recording
 
 __all__ = ["errors", "gap", "inputs", "slip"]
@@ -133,7 +133,7 @@ def slip(recording: Recording, events: Sequence[Event] | None = None) -> Figure 
         return None
     lateral, longitudinal, load, utilisation = (recording[name].values for name in _SLIP_VARIABLES)
     ideal, places = recording.backend == "ideal", range(len(recording.robots))
-    slips = [] if ideal else [lateral, _of_largest_magnitude(longitudinal)]
+    slips = [] if ideal else [lateral, of_worse_wheel(longitudinal)]
     scales = [common_prefix(values) for values in slips]
     titles = ("sideways slip, axle midpoint", "slip along the rolling direction, worse wheel")
     panels = [(title, f"slip [{prefix}m/s]") for title, (_, prefix) in zip(titles, scales, strict=False)]
@@ -207,9 +207,3 @@ def _frame_loads(axes: Axes, load: np.ndarray) -> None:
         axes.set_ylim(0.0, 1.08 * heaviest)
     else:
         axes.set_ylim(0.85 * lightest, 1.15 * heaviest)
-
-
-def _of_largest_magnitude(values: np.ndarray) -> np.ndarray:
-    """Returns, of two wheels, the value of larger magnitude with its sign, shape (..., 2) -> (...)."""
-    left, right = values[..., 0], values[..., 1]
-    return np.where(np.abs(left) >= np.abs(right), left, right)

@@ -11,7 +11,7 @@ import numpy as np
 from nhtrack.analysis.metrics import heading_error, heading_gap, position_error, position_gap
 from nhtrack.colours import BAND_COLOUR, robot_colour, robot_dashes
 from nhtrack.presentation.numbers import common_prefix
-from nhtrack.presentation.shown import CROWD
+from nhtrack.presentation.shown import CROWD, of_worse_wheel
 from nhtrack.recording import Recording
 from nhtrack.report.downsample import extreme_rows, numbers
 
@@ -85,7 +85,7 @@ def _slips(recording: Recording) -> Iterator[Panel]:
     group = "Wheels on the floor"
     if recording.backend != "ideal":
         yield _prefixed("sideways", group, "sideways slip of the axle", "m/s", recording["lateral_slip"].values)
-        rolling = _of_largest_magnitude(recording["longitudinal_slip"].values)
+        rolling = of_worse_wheel(recording["longitudinal_slip"].values)
         yield _prefixed("rolling", group, "rolling slip, worse wheel", "m/s", rolling)
     use = recording["friction_utilisation"].values.max(axis=-1)
     limits = (("wheels break away", 1.0),)
@@ -96,12 +96,6 @@ def _prefixed(key: str, group: str, title: str, unit: str, values: np.ndarray) -
     """Returns a panel in the SI unit in which its largest value reads as 1 to 1000."""
     factor, prefix = common_prefix(values)
     return Panel(key, group, title, prefix + unit, factor * values)
-
-
-def _of_largest_magnitude(values: np.ndarray) -> np.ndarray:
-    """Returns, of two wheels, the value of larger magnitude with its sign, shape (..., 2) -> (...)."""
-    left, right = values[..., 0], values[..., 1]
-    return np.where(np.abs(left) >= np.abs(right), left, right)
 
 
 def colours_of(recording: Recording) -> list[str]:
