@@ -50,7 +50,7 @@ def winding(n: int) -> Recording:
 def pace(recording: Recording, path: Path, quality: str, size: tuple[int, int], processes: int) -> tuple[float, float]:
     """Returns the time to the first frame [s], and frames per second from there to the finished file."""
     marks = [time.perf_counter()]
-    video.render(
+    video.render_film(
         recording, path, quality=quality, size=size, processes=processes,
         progress=lambda *_: marks.append(time.perf_counter()),
     )  # fmt: skip

@@ -20,7 +20,7 @@ from nhtrack.studies.compare.laws_file import load_laws
 from nhtrack.studies.compare.result import room_of
 from nhtrack.studies.compare.run import compare_laws
 from nhtrack.studies.run.run import run
-from nhtrack.video import render
+from nhtrack.video import render_film
 from nhtrack.video.together import together
 
 FOLDER = Path(__file__).parent / "gallery"
@@ -34,7 +34,7 @@ class Film:
 
     Attributes:
         scenario: a bundled scenario.
-        camera: see `nhtrack.video.render`.
+        camera: see `nhtrack.video.render_film`.
         seconds: how long the film is.
         size: width and height [pixels].
         rivals: laws that drive beside the scenario's own.
@@ -65,7 +65,7 @@ def make(name: str) -> Path:
     recording = _compared(film) if film.rivals else run(film.scenario).recording
     speed = float(recording.time[-1]) / film.seconds
     look = {"camera": film.camera, "size": film.size, "fps": FRAMES_PER_SECOND, "speed": speed, "quality": "high"}
-    return render(recording, FOLDER / f"{name}.gif", **look, processes=os.cpu_count() or 1)
+    return render_film(recording, FOLDER / f"{name}.gif", **look, processes=os.cpu_count() or 1)
 
 
 def _compared(film: Film) -> Recording:

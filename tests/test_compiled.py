@@ -12,7 +12,7 @@ import pytest
 
 from nhtrack.experiment.build import build
 from nhtrack.experiment.load import load
-from nhtrack.experiment.loop import FullRecorder, Rollout, rollout, run
+from nhtrack.experiment.loop import FullRecorder, Rollout, rollout, run_loop
 from nhtrack.laws import LawKind, law_in
 from nhtrack.laws.address import InterpretedLawWarning
 from nhtrack.network import Network
@@ -77,7 +77,7 @@ def test_threads_change_no_bit_on_wheels() -> None:
     for count in (1, 3):
         scene, recorder = stepped_scene(experiment.scene), FullRecorder()
         simulation = MujocoSimulation(scene, experiment.dt, (5,), count, spec=experiment.scene)
-        failure = run(
+        failure = run_loop(
             simulation, experiment.law, experiment.network, experiment.inputs, begin, recorder, experiment.tracking
         )
         assert failure is None

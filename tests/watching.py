@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from nhtrack.experiment.followers import Tracking
-from nhtrack.experiment.loop import run
+from nhtrack.experiment.loop import run_loop
 from nhtrack.experiment.recorder import Shape, Streaming
 from nhtrack.experiment.rows import Rows
 from nhtrack.laws import law_in
@@ -39,6 +39,6 @@ def watch(
 ) -> dict[str, np.ndarray]:
     """What followers saw in each period and at the end, (t, n), by the names of the memory of `own_laws/echo.py`."""
     recorder = Memories()
-    failure = run(IdealSimulation(network.names, None, dt), ECHO(), network, inputs, start, recorder, tracking)
+    failure = run_loop(IdealSimulation(network.names, None, dt), ECHO(), network, inputs, start, recorder, tracking)
     assert failure is None
     return dict(zip(ECHO.memory._fields, np.moveaxis(recorder.rows[:, 0], -1, 0), strict=True))

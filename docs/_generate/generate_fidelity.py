@@ -22,7 +22,7 @@ from nhtrack.simulation.mujoco import MujocoSimulation
 from nhtrack.studies.fidelity import suite
 from nhtrack.studies.fidelity.bench import Bench, Finding
 from nhtrack.studies.fidelity.motion import drive_open_loop, open_loop_error, state_of, weave_within
-from nhtrack.studies.fidelity.open_loop import SHARE, TIMESTEPS, errors, path_length
+from nhtrack.studies.fidelity.open_loop import SHARE, TIMESTEPS, path_length, step_errors
 from nhtrack.studies.run.run import versions
 
 PAGE = Path(__file__).resolve().parents[1] / "fidelity.md"
@@ -34,7 +34,7 @@ def measured() -> list[Finding]:
     """Returns the findings of the whole suite."""
     with Progress() as bars:
         task = bars.add_task("fidelity suite", total=None)
-        return suite.run(suite.tasks(), lambda done, total: bars.update(task, completed=done, total=total))
+        return suite.run_suite(suite.tasks(), lambda done, total: bars.update(task, completed=done, total=total))
 
 
 def findings_table(findings: list[Finding], robots: tuple[str, ...]) -> str:
@@ -108,7 +108,7 @@ def convergence() -> Figure:
         bench = Bench(robot)
         weave = weave_within(bench.drive, SHARE)
         for corrected, style in ((True, "o-"), (False, "s--")):
-            found = errors(bench, weave, corrected)
+            found = step_errors(bench, weave, corrected)
             position = [error.position / path_length(weave) for error in found]
             line = {"color": COLOURS[robot], "markersize": 4, "label": robot if corrected else None}
             panels[0].loglog(h, position, style, **line)

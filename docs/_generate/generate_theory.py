@@ -22,7 +22,7 @@ from nhtrack import se2
 from nhtrack.colours import INK
 from nhtrack.config.law_sections import law_names, law_section
 from nhtrack.experiment.build import make_law
-from nhtrack.experiment.loop import run
+from nhtrack.experiment.loop import run_loop
 from nhtrack.experiment.recorder import Shape, Streaming
 from nhtrack.experiment.rows import Rows, named
 from nhtrack.laws import Law, Leader, law_named
@@ -141,7 +141,7 @@ def chase(
     network = Network.from_parents({"leader": (), "follower": ("leader",)})
     simulation = IdealSimulation(network.names, None, 1 / rate, keep_going=True)
     recorder = _Late(round((1 - kept) * periods))
-    run(simulation, law, network, inputs, State(0.0, poses, twists), recorder)
+    run_loop(simulation, law, network, inputs, State(0.0, poses, twists), recorder)
     return Motion(np.concatenate(recorder.errors)[:-1], simulation.lost)
 
 

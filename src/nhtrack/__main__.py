@@ -6,9 +6,9 @@ import sys
 def main() -> None:
     """Runs the command line; also what is interrupted while it is being imported ends with a plain line."""
     try:
-        from nhtrack.cli import main as run
+        from nhtrack.cli import run_app
 
-        run()
+        run_app()
     except KeyboardInterrupt:
         sys.stderr.write("interrupted\n")
         sys.exit(130)

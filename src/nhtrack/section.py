@@ -38,7 +38,7 @@ def is_finite(value: Any) -> bool:
         return False
 
 
-def counted(*names: str) -> BeforeValidator:
+def values_of(*names: str) -> BeforeValidator:
     """Returns the validator that says by name which values a list of another length ought to have."""
 
     def judge(value: Any) -> Any:

@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 
 from nhtrack import assets
 from nhtrack.config.changes import apply_overrides
-from nhtrack.config.documentation import COMMAND, campaign_page, json_schema, scenario_page
+from nhtrack.config.documentation import COMMAND, campaign_reference, json_schema, scenario_reference
 from nhtrack.config.scenario import Scenario
 from nhtrack.config.tree import dotted, lookup, parse_path, parse_yaml
 from nhtrack.effects.motors import Motors
@@ -437,7 +437,7 @@ def test_physical_numbers_name_their_unit() -> None:
                 assert "[" in value["description"], f"{name}.{key} has no unit"
 
 
-@pytest.mark.parametrize(("file", "page"), [("scenario.md", scenario_page), ("campaign.md", campaign_page)])
+@pytest.mark.parametrize(("file", "page"), [("scenario.md", scenario_reference), ("campaign.md", campaign_reference)])
 def test_the_reference_pages_are_current(file: str, page: Callable[[], str]) -> None:
     assert (DOCS / file).read_text(encoding="utf-8") == page(), f"run: {COMMAND}"
 

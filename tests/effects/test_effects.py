@@ -48,7 +48,7 @@ import json, sys
 import nhtrack.effects
 nhtrack.effects.__path__.append(sys.argv[1])
 
-from nhtrack.config.documentation import scenario_page
+from nhtrack.config.documentation import scenario_reference
 from nhtrack.errors import ScenarioError
 from nhtrack.experiment.build import build
 from nhtrack.experiment.load import load
@@ -67,7 +67,7 @@ print(json.dumps({
     "known": heavy.robot.drive.wheel_inertia,
     "compiled": scene.model.dof_armature[scene.addresses.wheel_qvel].tolist(),
     "kept": SceneSpec.from_json(heavy.scene.to_json()) == heavy.scene,
-    "page": "| `flywheels` | number >= 0 |" in scenario_page(),
+    "page": "| `flywheels` | number >= 0 |" in scenario_reference(),
     "told": told,
 }))
 '''

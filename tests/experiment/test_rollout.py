@@ -124,7 +124,7 @@ def test_batch_is_exactly_its_members_among_however_many_threads(threads: int) -
     root = np.random.default_rng(1).uniform(-1, 1, (6, 4, 2))
     recorder = loop.FullRecorder()
     simulation = IdealSimulation(network.names, DRIVE, DT)
-    assert loop.run(simulation, ECHO(), network, root, begin, recorder, threads=threads) is None
+    assert loop.run_loop(simulation, ECHO(), network, root, begin, recorder, threads=threads) is None
     for member in range(4):
         single = State(begin.t, begin.g[member], begin.xi[member])
         alone = rollout(IdealSimulation(network.names, DRIVE, DT), ECHO(), network, root[:, member], single)

@@ -30,7 +30,7 @@ def broken(findings: list[Finding]) -> list[str]:
 
 @pytest.fixture(scope="module")
 def findings() -> list[Finding]:
-    return suite.run(suite.tasks())
+    return suite.run_suite(suite.tasks())
 
 
 @pytest.mark.slow
@@ -98,11 +98,11 @@ def test_a_misspelt_name_is_told_before_anything_is_measured(arguments: list[str
 
 def test_a_broken_budget_is_told_with_its_cause(monkeypatch: pytest.MonkeyPatch) -> None:
     finding = Finding("nh_mini", "drift at rest", 1.0, "m/s", 1e-9, "somebody pushed it")
-    monkeypatch.setattr(suite, "run", lambda *_: [finding])
+    monkeypatch.setattr(suite, "run_suite", lambda *_: [finding])
     result = CliRunner().invoke(app, ["fidelity", "--check", "rest"])
     assert result.exit_code == 1
     assert "nh_mini, drift at rest: somebody pushed it" in result.stdout
-    monkeypatch.setattr(suite, "run", lambda *_: [replace(finding, explained=True)])
+    monkeypatch.setattr(suite, "run_suite", lambda *_: [replace(finding, explained=True)])
     result = CliRunner().invoke(app, ["fidelity", "--check", "rest"])
     assert result.exit_code == 0
     assert "explained: see docs/fidelity.md" in result.stdout

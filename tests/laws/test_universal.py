@@ -32,7 +32,7 @@ from nhtrack.simulation.ideal import IdealSimulation, propagate
 from nhtrack.simulation.state import State
 from nhtrack.studies.campaign.cell import Cell
 from nhtrack.studies.campaign.draw import draw_starts
-from nhtrack.studies.campaign.run import measure
+from nhtrack.studies.campaign.run import run_starts
 from nhtrack.studies.feasibility.run import ideal_motion
 from watching import LAWS, watch
 
@@ -332,7 +332,7 @@ CAMPAIGN = Campaign.model_validate({
 def chase(label: str, family: str, similarity: SimilaritySection = CAMPAIGN.similarity) -> pd.DataFrame:
     """The figures of 80 s of a family from 25 random starts, a fifth of them antipodal or on the leader."""
     cell = Cell(CAMPAIGN.model_copy(update={"similarity": similarity}), label, family)
-    found = measure(cell, slice(0, CAMPAIGN.starts.count))
+    found = run_starts(cell, slice(0, CAMPAIGN.starts.count))
     assert not found["lost"].any()
     return found
 

@@ -25,7 +25,7 @@ from nhtrack.simulation.state import State
 from nhtrack.studies.campaign import run as campaigns
 from nhtrack.studies.campaign.cell import Cell
 from nhtrack.studies.campaign.draw import draw_pieces, draw_starts
-from nhtrack.studies.campaign.run import CampaignError, measure, run_campaign
+from nhtrack.studies.campaign.run import CampaignError, run_campaign, run_starts
 from nhtrack.studies.campaign.tables import COLUMNS, cells_of, worst_first
 from nhtrack.studies.run.run import run
 from watching import Memories
@@ -149,7 +149,7 @@ def test_every_bundled_family_is_a_reference_with_its_twist(tmp_path: Path) -> N
 def test_figures_are_those_of_the_recorded_run(label: str, family: str, backend: str, tmp_path: Path) -> None:
     campaign = case(tmp_path, f"backend={backend}", "physics.timestep=0.002")
     cell = Cell(campaign, label, family)
-    rows = measure(cell, slice(0, 6))
+    rows = run_starts(cell, slice(0, 6))
     assert list(rows.columns) == list(COLUMNS)
     for start in (0, 2, 5):
         row, recording = rows.iloc[start], replayed(cell, start)
@@ -176,8 +176,8 @@ def test_figures_are_those_of_the_recorded_run(label: str, family: str, backend:
 
 def test_a_part_is_what_its_starts_are_alone(tmp_path: Path) -> None:
     cell = Cell(case(tmp_path, "control_rate=50"), "universal", "random")
-    alone = pd.concat([measure(cell, slice(start, start + 1)) for start in range(4)], ignore_index=True)
-    pd.testing.assert_frame_equal(measure(cell, slice(0, 4)), alone, check_exact=True)
+    alone = pd.concat([run_starts(cell, slice(start, start + 1)) for start in range(4)], ignore_index=True)
+    pd.testing.assert_frame_equal(run_starts(cell, slice(0, 4)), alone, check_exact=True)
 
 
 def test_switches_are_changes_of_the_law_s_memory(tmp_path: Path) -> None:
@@ -187,20 +187,20 @@ def test_switches_are_changes_of_the_law_s_memory(tmp_path: Path) -> None:
     experiment.record(campaigns._simulation(experiment, "ideal"), recorder)
     counted = (np.diff(recorder.rows[:, :, 1], axis=0) != 0).sum(axis=(0, 2))
     assert counted.max() > 2
-    np.testing.assert_array_equal(measure(cell, slice(0, 6))["switches"], counted)
+    np.testing.assert_array_equal(run_starts(cell, slice(0, 6))["switches"], counted)
 
 
 def test_a_lost_run_is_told_and_leaves_the_others_alone(tmp_path: Path) -> None:
     overrides = ("laws.k={name: feedback_linearisation, v_min: 1.0e-4, k_inner: 20}", "starts.count=20")
     cell = Cell(case(tmp_path, *overrides), "k", "sinus")
-    rows = measure(cell, slice(0, 20))
+    rows = run_starts(cell, slice(0, 20))
     lost = rows["lost"].to_numpy()
     assert 0 < lost.sum() < 20, "a test needs both"
     assert not rows["converged"][lost].any()
     assert rows[["late_position", "late_heading", "settling_time"]][lost].isna().all(axis=None)
     kept = int(np.flatnonzero(~lost)[0])
     pd.testing.assert_frame_equal(
-        rows.iloc[[kept]].reset_index(drop=True), measure(cell, slice(kept, kept + 1)), check_exact=True
+        rows.iloc[[kept]].reset_index(drop=True), run_starts(cell, slice(kept, kept + 1)), check_exact=True
     )
 
 
@@ -380,7 +380,7 @@ def test_universal_converges_in_the_small_campaign() -> None:
     small = load_campaign("campaign/small")
     assert small.family_names == ("rest", "sinus", "forward-reverse", "random")
     for family in small.family_names:
-        found = measure(Cell(small, "universal", family), slice(0, 10))
+        found = run_starts(Cell(small, "universal", family), slice(0, 10))
         assert found["converged"].all()
         assert not found["lost"].any()
         assert (found["saturated"] == 0).all()

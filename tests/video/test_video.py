@@ -259,7 +259,7 @@ def test_every_quality_draws(name, quality):
 
 @pytest.mark.slow
 def test_animation_is_a_gif_of_the_right_pace(tmp_path):
-    path = video.render(filmable(samples=81), tmp_path / "film.gif", size=SMALL, fps=10, speed=80.0)
+    path = video.render_film(filmable(samples=81), tmp_path / "film.gif", size=SMALL, fps=10, speed=80.0)
     with Image.open(path) as animation:
         assert animation.format == "GIF"
         assert animation.n_frames == 11
@@ -276,7 +276,7 @@ def test_animation_is_a_gif_of_the_right_pace(tmp_path):
 def test_film_is_readable_of_the_right_length_and_alone(tmp_path):
     told = []
     recording = filmable(samples=81)
-    path = video.render(
+    path = video.render_film(
         recording, tmp_path / "film.mp4", size=SMALL, fps=10, speed=80.0, progress=lambda *n: told.append(n)
     )
     assert path == tmp_path / "film.mp4"
@@ -304,7 +304,7 @@ def test_failure_half_way_leaves_no_file(tmp_path):
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        video.render(filmable(samples=41), tmp_path / "film.mp4", size=SMALL, fps=2, progress=stop)
+        video.render_film(filmable(samples=41), tmp_path / "film.mp4", size=SMALL, fps=2, progress=stop)
     assert list(tmp_path.iterdir()) == []
 
 
@@ -332,7 +332,7 @@ def test_film_cut_short_by_the_disk_is_an_error(tmp_path, monkeypatch):
 def test_bad_arguments_stop_before_any_work(tmp_path, arguments, message):
     path = tmp_path / arguments.pop("path", "film.mp4")
     with pytest.raises(RenderError, match=message):
-        video.render(filmable(samples=5), path, **arguments)
+        video.render_film(filmable(samples=5), path, **arguments)
     assert list(tmp_path.iterdir()) == []
 
 
@@ -343,7 +343,7 @@ def test_missing_opengl_stops_before_any_work(tmp_path, monkeypatch):
     monkeypatch.setattr(gl, "choose_backend", nothing_draws)
     monkeypatch.setattr(frame_renderer, "make_scene", lambda _: pytest.fail("work was begun"))
     with pytest.raises(RenderError, match="install libegl1"):
-        video.render(filmable(samples=5), tmp_path / "film.mp4")
+        video.render_film(filmable(samples=5), tmp_path / "film.mp4")
     assert list(tmp_path.iterdir()) == []
 
 
@@ -353,7 +353,7 @@ def test_missing_ffmpeg_stops_before_any_work(tmp_path, monkeypatch):
     encode.find_encoder.cache_clear()
     try:
         with pytest.raises(RenderError, match="no working ffmpeg"):
-            video.render(filmable(samples=5), tmp_path / "film.mp4")
+            video.render_film(filmable(samples=5), tmp_path / "film.mp4")
     finally:
         encode.find_encoder.cache_clear()
     assert list(tmp_path.iterdir()) == []

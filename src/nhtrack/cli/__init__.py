@@ -7,9 +7,9 @@ from importlib import import_module
 from pkgutil import iter_modules
 
 from nhtrack import studies
-from nhtrack.terminal.app import app, main
+from nhtrack.terminal.app import app, run_app
 
-__all__ = ["app", "main"]
+__all__ = ["app", "run_app"]
 
 # A module's commands register themselves when it is imported, and help lists them in that order.
 for _study in iter_modules(studies.__path__):

@@ -18,8 +18,8 @@ if TYPE_CHECKING:
     from nhtrack.config.scenario import Scenario
 
 
-@app.command()
-def validate(
+@app.command("validate")
+def validate_command(
     files: Annotated[list[str], typer.Argument(metavar="FILE...", help="Scenario or campaign files or bundled names.")],
 ) -> None:
     """Check scenarios and campaigns and report every fault with its line; nothing is run or written."""
@@ -71,8 +71,8 @@ def schema(
         typer.echo(f"wrote {out}")
 
 
-@app.command()
-def init(
+@app.command("init")
+def init_command(
     path: Annotated[
         Path | None,
         typer.Argument(help="The file to write; by default scenario.yaml, or my_law.py.", show_default=False),

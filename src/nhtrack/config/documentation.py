@@ -26,7 +26,7 @@ def json_schema(model: type[Section] = Scenario) -> dict[str, Any]:
     return {"$schema": "https://json-schema.org/draft/2020-12/schema", **model.model_json_schema()}
 
 
-def scenario_page() -> str:
+def scenario_reference() -> str:
     """Returns docs/scenario.md: every section of a scenario file, every key with type, default and meaning."""
     functions = ", ".join(f"`{name}`" for name in sorted(FUNCTIONS))
     constants = ", ".join(f"`{name}`" for name in ("t", *CONSTANTS))
@@ -35,7 +35,7 @@ def scenario_page() -> str:
     return "\n".join([_INTRODUCTION.format(command=COMMAND), *sections, formulas])
 
 
-def campaign_page() -> str:
+def campaign_reference() -> str:
     """Returns docs/campaign.md: the sections that a campaign file has and a scenario file has not."""
     shared = {"Scenario", *json_schema(Scenario)["$defs"]}
     parts = [(name, part) for name, part in _sections("Campaign", json_schema(Campaign)) if name not in shared]
@@ -155,5 +155,5 @@ is asked at the middle of every control period, in scenario time, and must be fi
 
 
 if __name__ == "__main__":
-    for file, page in (("scenario.md", scenario_page()), ("campaign.md", campaign_page())):
+    for file, page in (("scenario.md", scenario_reference()), ("campaign.md", campaign_reference())):
         (Path(sys.argv[1]) / file).write_text(page, encoding="utf-8")

@@ -15,7 +15,7 @@ from pydantic import AfterValidator, Field, model_validator
 from nhtrack.colours import GRIP, ICE, rgb
 from nhtrack.effects.contract import Effect
 from nhtrack.ground import Ground, Patch
-from nhtrack.section import Section, counted, fault
+from nhtrack.section import Section, fault, values_of
 
 _UNLIKE_FLOOR = 0.3  # change of friction at which a patch is drawn in full colour
 _FLOOR = (0.65, 0.67, 0.70)  # colour of the floor, which fainter patches come nearer to
@@ -36,12 +36,12 @@ def _rectangle(sides: tuple[float, float, float, float]) -> tuple[float, float, 
 
 
 Disc: TypeAlias = Annotated[
-    tuple[float, float, float], Field(strict=False), counted("x", "y", "r"), AfterValidator(_disc)
+    tuple[float, float, float], Field(strict=False), values_of("x", "y", "r"), AfterValidator(_disc)
 ]
 Rectangle: TypeAlias = Annotated[
     tuple[float, float, float, float],
     Field(strict=False),
-    counted("x_min", "x_max", "y_min", "y_max"),
+    values_of("x_min", "x_max", "y_min", "y_max"),
     AfterValidator(_rectangle),
 ]
 

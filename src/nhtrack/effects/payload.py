@@ -10,14 +10,14 @@ import numpy as np
 from pydantic import Field
 
 from nhtrack.effects.contract import Effect, Setting
-from nhtrack.section import Finding, Point, Section, counted
+from nhtrack.section import Finding, Point, Section, values_of
 
 if TYPE_CHECKING:
     from nhtrack.robots.diff_drive import DiffDrive
     from nhtrack.robots.diff_drive.identification import Parts
 
 Edge: TypeAlias = Annotated[float, Field(ge=0)]
-Edges: TypeAlias = Annotated[tuple[Edge, Edge, Edge], Field(strict=False), counted("x", "y", "z")]
+Edges: TypeAlias = Annotated[tuple[Edge, Edge, Edge], Field(strict=False), values_of("x", "y", "z")]
 
 
 class PayloadSection(Section):

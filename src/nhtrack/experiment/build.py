@@ -14,7 +14,7 @@ from nhtrack.errors import SimulationDiverged
 from nhtrack.experiment.followers import Tracking
 from nhtrack.experiment.kernels import CompiledSimulation
 from nhtrack.experiment.limits import motion_limits
-from nhtrack.experiment.loop import Progress, Rollout, rollout, run
+from nhtrack.experiment.loop import Progress, Rollout, rollout, run_loop
 from nhtrack.experiment.recorder import FullRecorder, Recorder
 from nhtrack.laws import Law, Limits
 from nhtrack.network import Network
@@ -78,8 +78,8 @@ class Experiment:
         )
 
     def record(self, simulation: CompiledSimulation, recorder: Recorder, threads: int = 1) -> SimulationDiverged | None:
-        """Runs this experiment in a simulation and returns why it ended early, or None; see `run`."""
-        return run(
+        """Runs this experiment in a simulation and returns why it ended early, or None; see `run_loop`."""
+        return run_loop(
             simulation, self.law, self.network, self.inputs, self.start, recorder, self.tracking, threads=threads
         )
 

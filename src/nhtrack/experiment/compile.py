@@ -12,7 +12,7 @@ import numpy as np
 from nhtrack.compiled import cache_folder, is_complete, mark_complete
 from nhtrack.execution import Processes
 from nhtrack.experiment.kernels import CompiledSimulation
-from nhtrack.experiment.loop import rollout, run
+from nhtrack.experiment.loop import rollout, run_loop
 from nhtrack.experiment.run_statistics import RunStatistics
 from nhtrack.laws import Law, LawKind, laws
 from nhtrack.laws.evaluate import first_memories
@@ -77,7 +77,7 @@ def _run(simulation: CompiledSimulation) -> None:
     start = State(0.0, np.array([[0.0, 0.0, 0.0], [-0.5, 0.2, 0.0]]), np.zeros((2, 3)))
     law, inputs = _plain(_own_laws()[0]), np.zeros((2, 2))
     rollout(simulation, law, network, inputs, start)
-    run(simulation, law, network, inputs, start, RunStatistics(settling_limits(1.0), 0, ()))
+    run_loop(simulation, law, network, inputs, start, RunStatistics(settling_limits(1.0), 0, ()))
     simulation.step(np.zeros((2, 2)))
     simulation.drive_by(np.zeros((1, 2, 2)))
 

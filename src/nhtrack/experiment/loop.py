@@ -104,7 +104,7 @@ def rollout(
     """
     recorder, interrupted, failure = recorder or FullRecorder(), False, None
     try:
-        failure = run(simulation, law, network, inputs, start, recorder, tracking, progress, every)
+        failure = run_loop(simulation, law, network, inputs, start, recorder, tracking, progress, every)
     except KeyboardInterrupt:
         if not recorder.count:
             raise
@@ -116,7 +116,7 @@ def rollout(
     return Rollout(recorder.time, variables, None if qpos is None else qpos[:, one], failure, interrupted, every)
 
 
-def run(
+def run_loop(
     simulation: CompiledSimulation,
     law: Law,
     network: Network,
@@ -168,7 +168,7 @@ def run(
 
 @dataclass(frozen=True)
 class _Loop:
-    """A run that has begun; see `run`."""
+    """A run that has begun; see `run_loop`."""
 
     simulation: CompiledSimulation
     law: Law

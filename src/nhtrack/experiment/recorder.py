@@ -11,7 +11,7 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from nhtrack.experiment.rows import BARE, Rows, named
+from nhtrack.experiment.rows import BARE, Rows, variables_of
 from nhtrack.experiment.storage import storage
 from nhtrack.simulation import columns
 
@@ -134,7 +134,7 @@ class FullRecorder:
     @property
     def variables(self) -> dict[str, np.ndarray]:
         """Arrays of shape (t, b, n, ...) by the names of `nhtrack.recording.VARIABLES`."""
-        return named(self._rows.table[:, : self.count].swapaxes(0, 1))
+        return variables_of(self._rows.table[:, : self.count].swapaxes(0, 1))
 
     @property
     def qpos(self) -> np.ndarray | None:

@@ -40,11 +40,11 @@ class Rows(NamedTuple):
     first: int
 
 
-def named(table: np.ndarray) -> dict[str, np.ndarray]:
+def variables_of(table: np.ndarray) -> dict[str, np.ndarray]:
     """Returns views of a table by the names of variables, shape (..., columns) -> (..., components)."""
     found = {name: table[..., columns_] for name, columns_ in COLUMNS.items()}
     if table.shape[-1] > BARE:
-        found |= columns.named(table[..., BARE:])
+        found |= columns.telemetry_of(table[..., BARE:])
     return found
 
 

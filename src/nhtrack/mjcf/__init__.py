@@ -15,7 +15,7 @@ from nhtrack.mjcf import plain
 if TYPE_CHECKING:
     from pathlib import Path
 
-__all__ = ["from_path", "has_dm_control"]
+__all__ = ["has_dm_control", "read_mjcf"]
 
 
 def has_dm_control() -> bool:
@@ -23,7 +23,7 @@ def has_dm_control() -> bool:
     return find_spec("dm_control") is not None
 
 
-def from_path(file: Path) -> plain.Element:
+def read_mjcf(file: Path) -> plain.Element:
     """Returns the root element of an MJCF file: dm_control's where it is installed, else that of `plain`.
 
     Of dm_control's element only what `plain.Element` has may be used.

@@ -23,7 +23,7 @@ WIDTH = 18
 SCALARS = ("lateral_slip", "tilt")  # those with one value a robot
 
 
-def named(rows: np.ndarray) -> dict[str, np.ndarray]:
+def telemetry_of(rows: np.ndarray) -> dict[str, np.ndarray]:
     """Returns the quantities of telemetry by name, shape (..., WIDTH) -> (..., 2), or (...) for `SCALARS`."""
     return {
         name: rows[..., columns.start] if name in SCALARS else rows[..., columns] for name, columns in COLUMNS.items()

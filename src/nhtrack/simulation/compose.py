@@ -8,7 +8,7 @@ import numpy as np
 
 from nhtrack import assets
 from nhtrack.colours import rgb
-from nhtrack.mjcf import from_path
+from nhtrack.mjcf import read_mjcf
 from nhtrack.robots.diff_drive import DiffDrive
 from nhtrack.robots.diff_drive.identification import Parts
 from nhtrack.simulation.fleet import ROBOT, Blueprint, Robot, make_blueprint
@@ -21,7 +21,7 @@ _STIFF_SOLIMP = (0.9999, 0.9999, 0.001)
 _DENSE_ROBOTS = 4
 
 
-def compose(spec: SceneSpec, robot: RobotModels, *, share_materials: bool = False) -> Blueprint:
+def compose_scene(spec: SceneSpec, robot: RobotModels, *, share_materials: bool = False) -> Blueprint:
     """Returns the blueprint of a scene.
 
     Args:
@@ -29,7 +29,7 @@ def compose(spec: SceneSpec, robot: RobotModels, *, share_materials: bool = Fals
         robot: what is known of its robots.
         share_materials: whether robots have one set of materials, with an accent of each colour.
     """
-    arena = from_path(assets.models_directory() / "arena" / "scene.xml")
+    arena = read_mjcf(assets.models_directory() / "arena" / "scene.xml")
     arena.compiler.remove()  # how a robot's file is read is the robot's to say; the arena has no angles
     _set_options(arena, spec)
     for effect in spec.effects:
@@ -46,7 +46,7 @@ def compose(spec: SceneSpec, robot: RobotModels, *, share_materials: bool = Fals
 
 def _add_robot(arena: Any, spec: SceneSpec, robot: RobotModels) -> None:
     """Adds the one robot that stands for all."""
-    element = from_path(robot.file)
+    element = read_mjcf(robot.file)
     element.model = ROBOT
     _set_contacts(element, spec, robot.parts)
     _set_motors(element, robot.drive, robot.parts)

@@ -15,7 +15,7 @@ from nhtrack.simulation.attitude import heading_of, tilt_of
 from nhtrack.simulation.faults import COMMAND, FINE, TIPPED_OVER, is_lost
 from nhtrack.simulation.integrator import advance
 from nhtrack.simulation.motion import Motion, Place, Wheels, blame, copy, fill
-from nhtrack.simulation.telemetry import measure
+from nhtrack.simulation.telemetry import write_telemetry
 from nhtrack.simulation.track import Track, write_track
 from nhtrack.simulation.unit import roll
 
@@ -64,7 +64,7 @@ def finish(wheels: Wheels, motion: Motion, b: int) -> bool:
         _read_state(wheels, motion, b, robot)
     if wheels.first_body:
         advance(motion.g[b, 0], motion.xi[b, 0], motion.u[b, 0], wheels.dt)
-    measure(wheels, motion, b, False)
+    write_telemetry(wheels, motion, b, False)
     return _is_well(wheels, motion, b)
 
 
@@ -121,7 +121,7 @@ def roll_units(wheels: Wheels, place: Place, motion: Motion, b: int, first: int,
 def measure_all(wheels: Wheels, motion: Motion) -> None:
     """Writes the telemetry of all simulations before their first step."""
     for b in range(motion.g.shape[0]):
-        measure(wheels, motion, b, True)
+        write_telemetry(wheels, motion, b, True)
 
 
 @compiled_loop

@@ -10,7 +10,7 @@ from xml.sax.saxutils import escape
 
 import mujoco
 
-__all__ = ["ROBOT", "Blueprint", "Robot", "compiled", "make_blueprint"]
+__all__ = ["ROBOT", "Blueprint", "Robot", "compile_blueprint", "make_blueprint"]
 
 ROBOT, _COLOUR = "__robot__", "__colour__"  # stand for a robot's name and its colour in the text of the one
 _SHARED = "robot"  # prefix of the default classes and the materials that all robots share
@@ -126,7 +126,7 @@ def make_blueprint(
     return Blueprint(tuple(sections), robots, assets)
 
 
-def compiled(blueprint: Blueprint) -> mujoco.MjModel:
+def compile_blueprint(blueprint: Blueprint) -> mujoco.MjModel:
     """Returns the compiled model of a scene.
 
     The marker of a virtual root stands after the robots, in a scene that is read in groups before them.

@@ -6,7 +6,7 @@ import numpy as np
 
 from nhtrack.compiled import compiled_inside, float64_at, int32_at, int64_at
 from nhtrack.simulation.motion import Motion, Place, Wheels, fill
-from nhtrack.simulation.plant import length, utilisation
+from nhtrack.simulation.plant import length, wheel_utilisation
 
 
 @compiled_inside
@@ -41,4 +41,4 @@ def note_forces(motion: Motion, b: int, robot: int) -> None:
         force, noted = motion.force[b, robot, wheel], motion.rolled[b, robot, wheel]
         noted[3] += force[2]
         limit = motion.friction[b, robot, wheel] * max(force[2], 0.0)
-        noted[4] = max(noted[4], utilisation(length(force[0], force[1]), limit))
+        noted[4] = max(noted[4], wheel_utilisation(length(force[0], force[1]), limit))

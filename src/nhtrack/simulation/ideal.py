@@ -145,7 +145,7 @@ class IdealSimulation:
         """Returns what wheels would have to do for the motion at the end of the period; see `Simulation.telemetry`."""
         if not self.integrator.measured:
             return {}
-        return columns.named(self._shaped(self.motion.telemetry))
+        return columns.telemetry_of(self._shaped(self.motion.telemetry))
 
     def _shaped(self, values: Array) -> Array:
         return values.reshape(*self._shape, *values.shape[1:]).copy()

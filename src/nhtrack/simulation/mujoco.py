@@ -220,7 +220,7 @@ class MujocoSimulation:
 
     def telemetry(self) -> Mapping[str, Array]:
         """Returns what the wheels did in the last period; see `Simulation.telemetry`."""
-        return columns.named(self._unbatched(self.motion.telemetry).copy())
+        return columns.telemetry_of(self._unbatched(self.motion.telemetry).copy())
 
     def _batched(self, array: Array) -> Array:
         return np.array(array if self.batch else array[None], dtype=float)

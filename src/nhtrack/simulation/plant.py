@@ -172,7 +172,7 @@ def _loads(
 
 
 @compiled_inside
-def utilisation(demand: float, limit: float) -> float:
+def wheel_utilisation(demand: float, limit: float) -> float:
     """Returns demand/limit; infinite where there is no limit but a force is asked for, zero where none is."""
     if limit > 0.0:
         return demand / limit
@@ -185,11 +185,12 @@ def predicted_utilisation(
 ) -> tuple[float, float]:
     """Returns what each wheel of a robot at a pose uses of its friction [1], with the force and load of `demand_of`."""
     if floor.patches.shape[0] == 0:
-        return utilisation(force[0], floor.friction * load[0]), utilisation(force[1], floor.friction * load[1])
-    across_x, across_y = -plant.half_separation * math.sin(theta), plant.half_separation * math.cos(theta)
-    left = friction_at(floor, x + across_x, y + across_y)
-    right = friction_at(floor, x - across_x, y - across_y)
-    return utilisation(force[0], left * load[0]), utilisation(force[1], right * load[1])
+        left = right = floor.friction
+    else:
+        across_x, across_y = -plant.half_separation * math.sin(theta), plant.half_separation * math.cos(theta)
+        left = friction_at(floor, x + across_x, y + across_y)
+        right = friction_at(floor, x - across_x, y - across_y)
+    return wheel_utilisation(force[0], left * load[0]), wheel_utilisation(force[1], right * load[1])
 
 
 @compiled_inside

@@ -9,7 +9,7 @@ import mujoco
 
 from nhtrack import assets
 from nhtrack.errors import RobotError, did_you_mean
-from nhtrack.mjcf import from_path
+from nhtrack.mjcf import read_mjcf
 from nhtrack.robots.diff_drive import DiffDrive, identify
 from nhtrack.robots.diff_drive.identification import Parts, identify_parts
 from nhtrack.simulation.spec import SceneSpec
@@ -96,7 +96,7 @@ def _under_effects(model: DiffDrive, spec: SceneSpec) -> DiffDrive:
 
 def _laden(spec: SceneSpec, file: Path, parts: Parts, nominal: DiffDrive) -> mujoco.MjModel:
     """Returns the compiled model of one robot alone with all that changes its masses."""
-    robot = from_path(file)
+    robot = read_mjcf(file)
     for effect in spec.effects:
         if effect.weighs:
             effect.edit_robot(robot, parts, nominal)

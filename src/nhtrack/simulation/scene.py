@@ -13,8 +13,8 @@ from nhtrack.arrays import Array
 from nhtrack.errors import RobotError
 from nhtrack.robots.diff_drive import DiffDrive
 from nhtrack.robots.diff_drive.identification import Parts
-from nhtrack.simulation.compose import compose
-from nhtrack.simulation.fleet import Blueprint, compiled
+from nhtrack.simulation.compose import compose_scene
+from nhtrack.simulation.fleet import Blueprint, compile_blueprint
 from nhtrack.simulation.robot_models import RobotModels, read_robot
 from nhtrack.simulation.spec import SceneSpec
 
@@ -151,9 +151,9 @@ def make_scene(spec: SceneSpec, robot: RobotModels | None = None, *, share_mater
     """
     robot = robot or read_robot(spec)
     robot.require(spec)
-    blueprint = compose(spec, robot, share_materials=share_materials)
+    blueprint = compose_scene(spec, robot, share_materials=share_materials)
     try:
-        model = compiled(blueprint)
+        model = compile_blueprint(blueprint)
     except ValueError as error:
         raise RobotError(f"a scene of {spec.robot!r} does not compile: {error}") from error
     addresses = _addresses(model, spec, robot.parts)

@@ -13,7 +13,7 @@ from nhtrack.simulation.plant import demand_of, predicted_utilisation
 
 
 @compiled_inside
-def measure(wheels: Wheels, motion: Motion, b: int, unknown: bool) -> None:
+def write_telemetry(wheels: Wheels, motion: Motion, b: int, unknown: bool) -> None:
     """Writes the telemetry of a period; `unknown` before the first one, when nothing is known of forces."""
     if wheels.first_body:
         fill(motion.telemetry[b, 0], math.nan)

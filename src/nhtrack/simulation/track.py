@@ -61,5 +61,5 @@ def driven(begin: State, dt: float, track: Track, shape: tuple[int, ...]) -> Dri
     """
     g, xi, rows = (values.reshape(len(values), *shape, *values.shape[2:]) for values in track[:3])
     time = begin.t + np.arange(len(g) + 1) * dt
-    held = columns.named(rows) if len(rows) else {}
+    held = columns.telemetry_of(rows) if len(rows) else {}
     return Driven(time, np.concatenate([begin.g[None], g]), np.concatenate([begin.xi[None], xi]), held)

@@ -67,7 +67,7 @@ app = typer.Typer(
 )
 
 
-def main() -> None:
+def run_app() -> None:
     """Runs the command line; what is asked to end (SIGTERM) ends as if interrupted, and keeps what it has."""
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     gl.withhold()

@@ -21,10 +21,10 @@ from nhtrack.video.render_pool import Pictures, rendered
 if TYPE_CHECKING:
     from nhtrack.experiment.loop import Progress
 
-__all__ = ["CAMERAS", "QUALITIES", "SPLIT", "Encoder", "find_encoder", "frames", "render"]
+__all__ = ["CAMERAS", "QUALITIES", "SPLIT", "Encoder", "find_encoder", "frames", "render_film"]
 
 
-def render(
+def render_film(
     recording: Recording,
     path: Path,
     *,

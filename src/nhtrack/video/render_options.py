@@ -43,7 +43,7 @@ QUALITIES = {
 
 @dataclass(frozen=True)
 class RenderOptions:
-    """How a film is made; see `nhtrack.video.render`.
+    """How a film is made; see `nhtrack.video.render_film`.
 
     Attributes:
         camera: one of `CAMERAS`, or `SPLIT`.

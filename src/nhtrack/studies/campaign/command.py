@@ -12,8 +12,8 @@ from nhtrack.terminal.options import Changes, Pdf
 from nhtrack.terminal.screen import print_how_laws_run, screen
 
 
-@app.command()
-def campaign(
+@app.command("campaign")
+def campaign_command(
     file: Annotated[str, typer.Argument(help="A campaign file, or a bundled name (`nhtrack list`).")],
     out: Annotated[
         Path | None, typer.Option(help="Results folder; by default runs/campaign-<name>/. One begun is gone on with.")
@@ -30,14 +30,14 @@ def campaign(
 ) -> None:
     """Try laws against references from many random starts; stopped, the same command goes on."""
     from nhtrack.experiment.load import load_campaign
-    from nhtrack.studies.campaign.run import campaign as study
+    from nhtrack.studies.campaign.run import campaign
     from nhtrack.studies.campaign.screen import print_results
 
     loaded = load_campaign(file, list(changes or []))
     print_how_laws_run(loaded.laws.values())
     folder = out or Path("runs") / f"campaign-{loaded.name}"
     try:
-        results = study(
+        results = campaign(
             loaded,
             out=folder,
             tuned_by=tuned_by,

@@ -147,11 +147,11 @@ def run_campaign(
 
 def run_part(part: Part) -> None:
     """Runs some starts side by side and writes their rows."""
-    save_runs(measure(part.cell, part.starts), part.path)
+    save_runs(run_starts(part.cell, part.starts), part.path)
 
 
 @np.errstate(over="ignore", invalid="ignore")  # what is lost is told by the table
-def measure(cell: Cell, starts: slice) -> pd.DataFrame:
+def run_starts(cell: Cell, starts: slice) -> pd.DataFrame:
     """Returns the rows of some consecutive starts of a cell, run side by side."""
     experiment, campaign = cell.experiment(starts), cell.campaign
     simulation = _simulation(experiment, campaign.backend)
@@ -165,10 +165,8 @@ def measure(cell: Cell, starts: slice) -> pd.DataFrame:
 def _simulation(experiment: Experiment, backend: str) -> IdealSimulation | MujocoSimulation:
     spec, size = experiment.scene, experiment.size
     if backend == "ideal":
-        plant = experiment.robot.plant
-        return IdealSimulation(
-            experiment.network.names, plant, experiment.dt, spec.ground, virtual_root=True, keep_going=True, size=size
-        )
+        names, plant = experiment.network.names, experiment.robot.plant
+        return IdealSimulation(names, plant, experiment.dt, spec.ground, virtual_root=True, keep_going=True, size=size)
     batch = experiment.start.g.shape[:1]
     scene = stepped_scene(spec, experiment.robot)
     return MujocoSimulation(scene, experiment.dt, batch, spec=spec, keep_going=True, size=size)

@@ -18,8 +18,8 @@ if TYPE_CHECKING:
     from nhtrack.studies.compare.result import Search
 
 
-@app.command()
-def compare(
+@app.command("compare")
+def compare_command(
     scenario: Annotated[
         str, typer.Argument(help="A scenario file, a bundled name (`nhtrack list`), or a recording.nc.")
     ],

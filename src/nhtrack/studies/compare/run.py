@@ -107,7 +107,7 @@ def compare_laws(
         pdf: whether to draw it for print, see `nhtrack.plots.files.save_figure`.
         video: whether to make the film.
         report: whether to write the report.
-        processes: how many draw the film, see `nhtrack.video.render`.
+        processes: how many draw the film, see `nhtrack.video.render_film`.
         stage: see `nhtrack.studies.run.run.simulate`.
 
     Raises:

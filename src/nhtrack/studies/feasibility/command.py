@@ -12,8 +12,8 @@ from nhtrack.terminal.options import Changes, load_scenario
 from nhtrack.terminal.screen import print_how_laws_run, screen
 
 
-@app.command()
-def feasibility(
+@app.command("feasibility")
+def feasibility_command(
     scenario: Annotated[
         str, typer.Argument(help="A scenario file, a bundled name (`nhtrack list`), or a recording.nc.")
     ],
@@ -23,10 +23,10 @@ def feasibility(
     """Say from the ideal run alone what a scenario asks of wheels and motors, and the time scale that fits."""
     loaded = load_scenario(scenario, list(changes or []))
     print_how_laws_run([loaded.law])
-    from nhtrack.studies.feasibility.run import feasibility as study
+    from nhtrack.studies.feasibility.run import feasibility
     from nhtrack.studies.feasibility.tables import print_feasibility
 
-    found = study(loaded, progress=True)
+    found = feasibility(loaded, progress=True)
     if as_json:
         typer.echo(json.dumps(found.table, indent=2, allow_nan=False))
     else:

@@ -38,7 +38,7 @@ def fidelity(
     from nhtrack.experiment.compile import compile_once
     from nhtrack.files.folder import claimed_folder
     from nhtrack.simulation.robot_models import load_robot
-    from nhtrack.studies.fidelity.suite import CHECKS, QUICK, run, save, tasks
+    from nhtrack.studies.fidelity.suite import CHECKS, QUICK, run_suite, save, tasks
 
     for name in checks or ():
         if name not in CHECKS:
@@ -49,7 +49,7 @@ def fidelity(
     claimed = contextlib.nullcontext() if no_report else claimed_folder("fidelity", out, force)
     with claimed as folder, shown_progress() as stage:
         compile_once(stage)
-        findings = run(wanted, stage("fidelity"))
+        findings = run_suite(wanted, stage("fidelity"))
     if as_json:
         typer.echo(json.dumps([finding.row for finding in findings], indent=2, allow_nan=False))
     else:

@@ -22,7 +22,7 @@ _UNCORRECTED = 0.02  # of the path
 def open_loop(bench: Bench) -> Iterator[Finding]:
     """Yields error and order of a drive at half the motors' limits for 10 s, see `weave_within`."""
     weave = weave_within(bench.drive, SHARE, duration=DURATION)
-    corrected, plain = (errors(bench, weave, rate_correction) for rate_correction in (True, False))
+    corrected, plain = (step_errors(bench, weave, rate_correction) for rate_correction in (True, False))
     at_1_ms, path = TIMESTEPS.index(0.001), path_length(weave)
     leapfrog = "leapfrog: poses move by the velocity at the middle of a step, an error of h^2 times curvature and rate"
     slip = "no rate correction: wheels slide sideways at v omega h while they turn"
@@ -45,7 +45,7 @@ def planar_base(bench: Bench) -> Iterator[Finding]:
     yield bench.find("planar base: heading after 10 s", error.heading, "rad", _HEADING, cause)
 
 
-def errors(bench: Bench, weave: Weave, rate_correction: bool) -> list[PoseError]:
+def step_errors(bench: Bench, weave: Weave, rate_correction: bool) -> list[PoseError]:
     """Returns the errors of a drive at each of `TIMESTEPS`."""
     simulations = (bench.simulation(timestep=h, rate_correction=rate_correction) for h in TIMESTEPS)
     return open_loop_errors(simulations, weave, DURATION)

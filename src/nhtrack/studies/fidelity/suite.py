@@ -85,7 +85,7 @@ def _group_of(check: str) -> str:
     return names.get(CHECKS[check].__module__, "")
 
 
-def run(wanted: list[Task], progress: Progress | None = None, processes: int | None = None) -> list[Finding]:
+def run_suite(wanted: list[Task], progress: Progress | None = None, processes: int | None = None) -> list[Finding]:
     """Returns the findings of tasks, in their order, measured in as many processes as there are cores.
 
     Args:

@@ -11,8 +11,8 @@ from nhtrack.terminal.app import app
 from nhtrack.terminal.options import Pdf
 
 
-@app.command()
-def plot(
+@app.command("plot")
+def plot_command(
     recording: Annotated[Path, typer.Argument(help="A recording.nc that a run left.")],
     out: Annotated[
         Path | None, typer.Option(help="Folder of the figures; by default figures/ beside the recording.")
@@ -21,8 +21,8 @@ def plot(
     pdf: Pdf = False,
 ) -> None:
     """Draw the figures of a recording anew; nothing is simulated again."""
-    from nhtrack.studies.plot.run import plot as study
+    from nhtrack.studies.plot.run import plot
 
-    drawn = study(recording, only or None)
+    drawn = plot(recording, only or None)
     for path in drawn.save(out or recording.parent / "figures", pdf=pdf):
         typer.echo(f"wrote {path}")

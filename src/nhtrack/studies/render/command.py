@@ -30,8 +30,8 @@ class QualityChoice(StrEnum):
     high = "high"
 
 
-@app.command()
-def render(
+@app.command("render")
+def render_command(
     recording: Annotated[Path, typer.Argument(help="A recording.nc that a run left.")],
     out: Annotated[
         Path | None, typer.Option(help="The film, .mp4 or .gif; by default renders/<run>.mp4.")
@@ -50,9 +50,9 @@ def render(
     if speed is not None and not speed > 0:
         raise typer.BadParameter(f"expected a number greater than 0, got {speed:g}", param_hint="--speed")
     pixels = _pixels(size) if size is not None else None
-    from nhtrack.studies.render.run import render as study
+    from nhtrack.studies.render.run import render
 
-    film = study(
+    film = render(
         recording,
         out,
         camera=camera and camera.value,

@@ -57,7 +57,7 @@ def render(
     Args:
         recording: a run, a recording, or the file of one.
         out: the film, .mp4 or .gif; by default `renders/<run>.mp4`.
-        camera: `group`, `isometric`, `top`, `chase`, or `split`; see `nhtrack.video.render`.
+        camera: `group`, `isometric`, `top`, `chase`, or `split`; see `nhtrack.video.render_film`.
         size: width and height [pixels], both even.
         fps: frames per second.
         speed: robot seconds per second of film.
@@ -72,7 +72,7 @@ def render(
         OutputError: the film exists.
         RenderError: OpenGL or ffmpeg is missing, or an argument makes no film.
     """
-    from nhtrack.video import render as render_film
+    from nhtrack.video import render_film
 
     loaded = recording_of(recording)
     given = {"camera": camera, "size": size, "fps": fps, "speed": speed, "quality": quality}

@@ -14,8 +14,8 @@ from nhtrack.terminal.progress import shown_progress
 from nhtrack.terminal.screen import screen
 
 
-@app.command()
-def run(
+@app.command("run")
+def run_command(
     scenario: Annotated[
         str, typer.Argument(help="A scenario file, a bundled name (`nhtrack list`), or a recording.nc.")
     ],

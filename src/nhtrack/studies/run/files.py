@@ -34,11 +34,11 @@ def make_film(
         stage: see `nhtrack.studies.run.run.simulate`.
         processes: how many draw it.
     """
-    from nhtrack.video import render
+    from nhtrack.video import render_film
 
     progress = stage("video") if stage is not None else None
     try:
-        return [render(recording, path, **wanted.model_dump(), processes=processes, progress=progress)], []
+        return [render_film(recording, path, **wanted.model_dump(), processes=processes, progress=progress)], []
     except RenderError as error:
         return [], [f"no video: {error}"]
 

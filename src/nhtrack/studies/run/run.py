@@ -166,7 +166,7 @@ def run_scenario(
         pdf: whether to draw them for print, see `nhtrack.plots.files.save_figure`.
         video: whether to make the film.
         report: whether to write the report.
-        processes: how many draw the film, see `nhtrack.video.render`.
+        processes: how many draw the film, see `nhtrack.video.render_film`.
         stage: see `simulate`.
 
     Raises:

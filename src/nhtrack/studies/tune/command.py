@@ -12,8 +12,8 @@ from nhtrack.terminal.options import Changes, load_scenario
 from nhtrack.terminal.screen import print_how_laws_run, screen
 
 
-@app.command()
-def tune(
+@app.command("tune")
+def tune_command(
     scenario: Annotated[str, typer.Argument(help="A scenario file, a bundled name, or a recording.nc.")],
     objective: Annotated[
         str, typer.Option(help="late, settling or utilisation, or weights: late=1,settling=0.5.")
@@ -39,13 +39,13 @@ def tune(
     overrides = list(changes or [])
     loaded = load_scenario(scenario, overrides)
     print_how_laws_run([loaded.law])
-    from nhtrack.studies.tune.run import tune as study
+    from nhtrack.studies.tune.run import tune
     from nhtrack.studies.tune.save import refuse_other_law, save_gains
     from nhtrack.studies.tune.tables import print_tuning
 
     if target is not None:
         refuse_other_law(scenario, loaded.law)
-    found = study(loaded, wanted, budget, seed, below_bound=below_bound, progress=True)
+    found = tune(loaded, wanted, budget, seed, below_bound=below_bound, progress=True)
     print_tuning(found, screen())
     if target is not None:
         save_gains(found, scenario, target, overrides)
