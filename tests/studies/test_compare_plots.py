@@ -13,8 +13,9 @@ from matplotlib.patches import Polygon
 
 from nhtrack import se2
 from nhtrack.colours import ROOT, robot_colour
-from nhtrack.plots.names import Path, name_paths, spread
+from nhtrack.plots.names import Path, name_paths
 from nhtrack.plots.style import column_styled
+from nhtrack.presentation.spread import spread
 from nhtrack.recording import Recording
 from nhtrack.studies.compare.figure import overlay
 from nhtrack.studies.compare.result import room_of

@@ -17,10 +17,17 @@ from nhtrack.colours import FOLLOWERS, ROOT, robot_colour
 from nhtrack.experiment.build import build
 from nhtrack.experiment.load import load
 from nhtrack.network import Network
-from nhtrack.plots.graph import parents_graph
 from nhtrack.studies.feasibility.run import ideal_motion
 from nhtrack.studies.paper.examples import EXAMPLES, ExampleError, examples_of
-from nhtrack.studies.paper.figure import START, leader_motion, panels, reference_path, side_by_side, tracks
+from nhtrack.studies.paper.figure import (
+    START,
+    leader_motion,
+    panels,
+    reference_path,
+    side_by_side,
+    topology,
+    tracks,
+)
 from nhtrack.studies.paper.page import angle, initial_conditions
 from nhtrack.studies.run.run import simulate
 from recordings import synthetic_recording
@@ -129,11 +136,11 @@ def test_halts_are_ringed_and_turns_on_the_spot_are_not():
 
 def test_the_graph_goes_left_to_right_by_level():
     parents = {"a": (), "b": ("a",), "c": ("a",), "d": ("b", "c"), "e": ("a", "d")}
-    (axes,) = parents_graph(parents, "title").axes
+    (axes,) = topology(parents).axes
     x = dict(zip(parents, (p.center[0] for p in axes.patches if isinstance(p, Circle)), strict=True))
     assert x["a"] < x["b"] == x["c"] < x["d"] < x["e"]
     assert sum(isinstance(patch, FancyArrowPatch) for patch in axes.patches) == 6
-    assert [text.get_text() for text in axes.texts] == ["a", "b", "c", "d", "e"]
+    assert [text.get_text() for text in axes.texts] == ["A", "B", "C", "D", "E"]
 
 
 # -- the page --------------------------------------------------------------------------------------

@@ -1,76 +1,89 @@
-"""Who tracks whom, as the paper draws it."""
+"""Who tracks whom, drawn."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.patches import Circle, FancyArrowPatch
 
 from nhtrack.arrays import Array
 from nhtrack.colours import INK, ink_on, robot_colour
-from nhtrack.network import generations
-from nhtrack.plots.style import styled
+from nhtrack.plots.style import COLUMN, plain
+from nhtrack.presentation.graph_layout import graph_places, graph_radius
 from nhtrack.presentation.shown import short_name
 
-__all__ = ["left_title", "parents_graph", "point"]
+_RADIUS = 0.13  # [in] of a robot's circle, where there is room
+_MARGIN = 0.20  # [in] around the circles
+_LETTERS = 1.0  # [pt] of a circle's letters over its radius [pt]
+_NAMED = 10  # robots, at most, whose names are written in full below their circles
 
 
-@styled
-def parents_graph(parents: Mapping[str, Sequence[str]], title: str) -> Figure:
-    """Returns who tracks whom: the root at the left, every robot right of all its parents.
+def draw_graph(parents: Mapping[str, Sequence[str]], header: Callable[[Figure], float] = lambda figure: 0.0) -> Figure:
+    """Returns a figure one column wide of arrows from parents to the robots that track them.
+
+    Circles have the robots' colours, and the numbers at the ends of their names.
 
     Args:
-        parents: of every robot, the root first.
-        title: of the figure.
+        parents: of every robot by name, the root first.
+        header: writes what stands above into the figure and returns the height that this takes up [in].
     """
-    spots = _spots(parents)
-    low, high = (bound(np.array(list(spots.values())), axis=0) for bound in (np.min, np.max))
-    figure = Figure(figsize=(1.0 + 0.9 * (high[0] - low[0]), 1.1 + 0.9 * (high[1] - low[1])))
-    axes = figure.subplots()
-    axes.set_aspect("equal")
+    spots = graph_places(parents, COLUMN - 2 * _MARGIN)
+    everything = np.array(list(spots.values()))
+    radius = graph_radius(spots, _RADIUS)
+    named = len(spots) <= _NAMED and any(short_name(name) != name for name in spots)
+    low = everything.min(axis=0) - _MARGIN - [0.0, 0.12 if named else 0.0]
+    high = everything.max(axis=0) + _MARGIN
+    height = float(high[1] - low[1])
+    figure = Figure(figsize=(COLUMN, height))
+    figure.set_figheight(height + header(figure))
+    axes = figure.add_axes((0.0, 0.0, 1.0, height / figure.get_figheight()))  # a unit is an inch
+    middle = (low[0] + high[0]) / 2
+    axes.set(xlim=(middle - COLUMN / 2, middle + COLUMN / 2), ylim=(low[1], high[1]))
     axes.axis("off")
-    for parent, name in ((parent, name) for name, others in parents.items() for parent in others):
-        ends = np.array([spots[parent], spots[name]])
-        away = 0.32 * (ends[1] - ends[0]) / np.linalg.norm(ends[1] - ends[0])
-        line: dict[str, Any] = {
-            "arrowstyle": "-|>",
-            "mutation_scale": 12,
-            "shrinkA": 0,
-            "shrinkB": 0,
-            "color": INK,
-        }
-        axes.add_patch(FancyArrowPatch(ends[0] + away, ends[1] - away, **line))
+    for name, others in parents.items():
+        for parent in others:
+            ends = spots[parent], spots[name]
+            _draw_arrow(axes, *ends, radius, bent=_passes(everything, *ends, radius))
     for place, name in enumerate(parents):
-        axes.add_patch(Circle(point(spots[name]), 0.27, facecolor=robot_colour(place), edgecolor="white"))
-        ink = ink_on(robot_colour(place))
-        axes.annotate(short_name(name), point(spots[name]), color=ink, ha="center", va="center", fontweight="bold")
-    axes.set_xlim(low[0] - 0.4, high[0] + 0.4)
-    axes.set_ylim(low[1] - 0.4, high[1] + 0.4)
-    left_title(figure, title)
+        _draw_robot(axes, name, spots[name], robot_colour(place), radius, named=named)
     return figure
 
 
-def left_title(figure: Figure, title: str) -> None:
-    """Writes a title at the left of a figure, with air below it."""
-    figure.suptitle(title, x=0.01, ha="left", fontsize=11.0, fontweight="bold", color=INK)
-    engine = figure.get_layout_engine()
-    if isinstance(engine, ConstrainedLayoutEngine):
-        engine.set(h_pad=0.09)
+def _draw_arrow(axes: Axes, start: Array, end: Array, radius: float, *, bent: bool) -> None:
+    """Draws an arrow from circle to circle, bent where a straight one would run over others."""
+    axes.add_patch(
+        FancyArrowPatch(
+            (float(start[0]), float(start[1])), (float(end[0]), float(end[1])),
+            arrowstyle="-|>", mutation_scale=min(7.0, 45 * radius), shrinkA=72 * radius, shrinkB=72 * radius + 0.5,
+            connectionstyle=f"arc3,rad={0.25 if bent else 0.0}", color="#777777", linewidth=0.6, zorder=1,
+        )
+    )  # fmt: skip
 
 
-def _spots(parents: Mapping[str, Sequence[str]]) -> dict[str, Array]:
-    """Returns places of the robots of a graph: levels 1.6 apart from left to right, a level's robots 1 apart."""
-    return {
-        name: np.array([1.6 * level, (len(names) - 1) / 2 - row])
-        for level, names in enumerate(generations(parents))
-        for row, name in enumerate(names)
-    }
+def _draw_robot(axes: Axes, name: str, spot: Array, colour: str, radius: float, *, named: bool) -> None:
+    axes.add_patch(Circle(_point(spot), radius, facecolor=colour, edgecolor="none", zorder=2))
+    size = min(7.5, _LETTERS * 72 * radius)
+    look: dict[str, Any] = {"ha": "center", "va": "center_baseline", "zorder": 3}
+    short = short_name(name)
+    if short.isdigit() or not named:  # a letter says no more than the name below
+        inside = look | {"color": ink_on(colour), "fontsize": size, "fontweight": "bold"}
+        axes.annotate(plain(short.upper()), _point(spot), **inside)
+    if named:
+        axes.annotate(plain(name), _point(spot - [0.0, radius + 0.08]), color=INK, fontsize=6.0, **look)
 
 
-def point(place: Array) -> tuple[float, float]:
-    """Returns a place as Matplotlib takes it."""
+def _passes(spots: Array, start: Array, end: Array, radius: float) -> bool:
+    """Returns whether a straight line between two circles runs over any other."""
+    way = end - start
+    along = (spots - start) @ way / (way @ way)
+    beside = np.abs((spots - start) @ np.array([-way[1], way[0]])) / np.linalg.norm(way)
+    between = (along * np.linalg.norm(way) > radius) & ((1 - along) * np.linalg.norm(way) > radius)
+    return bool((between & (beside < 1.1 * radius)).any())
+
+
+def _point(place: Array) -> tuple[float, float]:
     return float(place[0]), float(place[1])

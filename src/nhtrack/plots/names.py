@@ -13,6 +13,7 @@ from matplotlib.patheffects import withStroke
 
 from nhtrack.plots.margins import EDGE, shortened, text_width
 from nhtrack.plots.style import plain
+from nhtrack.presentation.spread import spread
 
 __all__ = ["Path", "ends_room", "name_ends", "name_paths", "spread"]
 
@@ -149,27 +150,3 @@ def name_ends(axes: Axes, names: Sequence[str], colours: Sequence[str], ends: np
 def _size() -> float:
     """Returns the size of the letters of names in the style that holds [pt]."""
     return float(mpl.rcParams["legend.fontsize"])
-
-
-def spread(places: np.ndarray, step: float) -> np.ndarray:
-    """Returns places from 0 to 1 moved apart to at least `step`, in the same order, each as little as may be.
-
-    Places that come too near are moved as one block, which stands around their mean (pool adjacent violators).
-    """
-    order = np.argsort(places, kind="stable")
-    blocks: list[tuple[float, int]] = []  # where the lowest of so many would stand, if it were for their mean
-    for place in places[order]:
-        block = (float(place), 1)
-        while blocks and _lowest(blocks[-1], step) + step * blocks[-1][1] > _lowest(block, step):
-            (below, fewer), (above, more) = blocks.pop(), block
-            block = ((below * fewer + (above - step * fewer) * more) / (fewer + more), fewer + more)
-        blocks.append(block)
-    result = np.empty(len(places))
-    result[order] = np.concatenate([_lowest(block, step) + step * np.arange(block[1]) for block in blocks])
-    return result
-
-
-def _lowest(block: tuple[float, int], step: float) -> float:
-    """Returns where the lowest of a block stands: all of it within 0 to 1, where there is the room."""
-    place, count = block
-    return float(np.clip(place, 0.0, max(0.0, 1.0 - step * (count - 1))))

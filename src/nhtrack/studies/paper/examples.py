@@ -83,9 +83,9 @@ def _opposite_starts(runs: Runs) -> Figure:
 
 
 def _topology(runs: Runs) -> Figure:
-    from nhtrack.plots.graph import parents_graph
+    from nhtrack.studies.paper.figure import topology
 
-    return parents_graph(runs["example4"].parents, "Topology")
+    return topology(runs["example4"].parents)
 
 
 EXAMPLES: Mapping[int, Example] = {

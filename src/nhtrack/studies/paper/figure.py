@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.lines import Line2D
 from matplotlib.patches import Polygon
 from matplotlib.ticker import MaxNLocator
@@ -18,9 +19,9 @@ from matplotlib.ticker import MaxNLocator
 from nhtrack import se2
 from nhtrack.arrays import Array
 from nhtrack.colours import INK, robot_colour
-from nhtrack.plots.graph import left_title
+from nhtrack.plots.graph import draw_graph
 from nhtrack.plots.paths import DART, draw_glyphs, frame_panel
-from nhtrack.plots.style import panel_title, styled
+from nhtrack.plots.style import column_styled, panel_title, styled
 from nhtrack.recording import Recording
 
 __all__ = [
@@ -234,3 +235,22 @@ def _finish(figure: Figure, shown: Tracks, title: str, extra: Sequence[Line2D] =
     legend: dict[str, Any] = {"ncols": columns, "title": scale, "title_fontsize": 8}
     figure.legend(handles=entries, loc="outside lower center", **legend)
     left_title(figure, title)
+
+
+@column_styled
+def topology(parents: Mapping[str, Sequence[str]]) -> Figure:
+    """Returns who tracks whom."""
+    return draw_graph(parents, _graph_title)
+
+
+def _graph_title(figure: Figure) -> float:
+    left_title(figure, "Topology")
+    return 0.35
+
+
+def left_title(figure: Figure, title: str) -> None:
+    """Writes a title at the left of a figure, with air below it."""
+    figure.suptitle(title, x=0.01, ha="left", fontsize=11.0, fontweight="bold", color=INK)
+    engine = figure.get_layout_engine()
+    if isinstance(engine, ConstrainedLayoutEngine):
+        engine.set(h_pad=0.09)
