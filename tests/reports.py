@@ -13,7 +13,7 @@ from nhtrack.experiment.load import load
 from nhtrack.recording import Recording
 from nhtrack.studies.compare.laws_file import load_laws
 from nhtrack.studies.compare.result import Comparison
-from nhtrack.studies.compare.run import compare
+from nhtrack.studies.compare.run import compare_laws
 from nhtrack.studies.run.report import Extras, write_run_page
 from nhtrack.video.encode import write_film
 from recordings import HALF_SEPARATION, WHEEL_RADIUS, synthetic_recording
@@ -76,4 +76,4 @@ def small_comparison(folder: Path, **scenario: Any) -> Comparison:
     file.write_text(CASE, encoding="utf-8")
     own = load(file).model_copy(update=scenario)
     _, laws = load_laws(lambda: own, ["kanayama", WILD], lambda _: own)
-    return compare(own, laws, folder / "results", figures=False, video=False)
+    return compare_laws(own, laws, folder / "results", figures=False, video=False)

@@ -259,6 +259,15 @@ def periods_that_hold(holds: list[bool]) -> list[list[int]]:
     return [[row for row, _ in spell] for held, spell in itertools.groupby(rows, key=lambda row: row[1]) if held]
 
 
+@pytest.mark.parametrize(("rows", "events"), [(9, 1), (10, 2), (11, 2)])
+def test_a_tenth_of_a_second_parts_two_events(story: Story, rows: int, events: int) -> None:
+    """Between rows that tell of slipping lie as many periods as there are rows that do not."""
+    story.slide(slice(10, 20), FOLLOWER, LEFT, 0.3)
+    story.slide(slice(20 + rows, 60), FOLLOWER, LEFT, 0.3)
+    assert rows * DT == pytest.approx(GAP, rel=0.2)
+    assert len(story.events()) == events
+
+
 # Periods in milliseconds, so that no gap of whole milliseconds is on a knife's edge of rounding.
 clocks = st.integers(1, 60).flatmap(
     lambda size: st.tuples(
@@ -407,6 +416,8 @@ class TestRealWheels:
     def test_a_robot_that_tips_lifts_a_wheel_and_leans_first(self) -> None:
         found = outcome(*FAST_TURN, duration=1.0)
         assert found.failure is not None
+        first = found.recording.dataset.isel(time=0)
+        np.testing.assert_array_equal(first["ideal_pose"], first["pose"])  # the twin went on: its first rows are kept
         assert kinds(found, "follower") == set()
         events = {event["kind"]: event for event in found.summary["events"]}
         assert {"wheel off the floor", "leaning", "tipped"} <= set(events)

@@ -15,9 +15,9 @@ import pytest
 from array_laws import Leader, Memory, Robots, Universal
 from drives import DRIVE
 from nhtrack import se2
-from nhtrack.config import schema
 from nhtrack.config.campaign import Campaign, Starts
 from nhtrack.config.families import FAMILIES
+from nhtrack.config.similarity_section import SimilaritySection
 from nhtrack.errors import FeasibilityError
 from nhtrack.experiment.build import build
 from nhtrack.experiment.followers import Tracking
@@ -329,7 +329,7 @@ CAMPAIGN = Campaign.model_validate({
 
 
 @cache
-def chase(label: str, family: str, similarity: schema.Similarity = CAMPAIGN.similarity) -> pd.DataFrame:
+def chase(label: str, family: str, similarity: SimilaritySection = CAMPAIGN.similarity) -> pd.DataFrame:
     """The figures of 80 s of a family from 25 random starts, a fifth of them antipodal or on the leader."""
     cell = Cell(CAMPAIGN.model_copy(update={"similarity": similarity}), label, family)
     found = run_starts(cell, slice(0, CAMPAIGN.starts.count))
@@ -360,7 +360,7 @@ def test_noise_does_not_multiply_switches(family: str) -> None:
 @pytest.mark.parametrize("family", ["circle", "forward-reverse", "park"])
 def test_limited_robot_converges_within_its_limits(family: str) -> None:
     """A fifth of the size, half of the pace: every start converges, and no wheel uses more than its share."""
-    found = chase("limited", family, schema.Similarity(length=0.2, time=2.0))
+    found = chase("limited", family, SimilaritySection(length=0.2, time=2.0))
     assert found["converged"].all()
     assert found["peak_utilisation"].max() <= 0.5 + SAMPLED
     assert not found["saturated"].any()

@@ -17,12 +17,17 @@ import pytest
 
 import nhtrack.mjcf
 from nhtrack import assets
+from nhtrack.effects.patches import Patches
+from nhtrack.effects.payload import Payload
+from nhtrack.effects.planar_base import PlanarBase
+from nhtrack.effects.wheel_mismatch import WheelMismatch
+from nhtrack.errors import RobotError
 from nhtrack.ground import Patch
 from nhtrack.mjcf import plain
 from nhtrack.mjcf.attach import REFERENCES
 from nhtrack.mjcf.files import FILES, UNREADABLE
 from nhtrack.simulation import scene
-from nhtrack.simulation.spec import Payload, SceneSpec
+from nhtrack.simulation.spec import SceneSpec
 
 both = pytest.mark.skipif(find_spec("dm_control") is None, reason="dm_control is not installed")
 
@@ -151,14 +156,14 @@ def in_arena(from_path: Callable[[Path], Any], file: Path) -> mujoco.MjModel:
     "change",
     [
         {},
-        {"base": "planar"},
+        {"effects": (PlanarBase(),)},
         {"robot_contact": True, "contact": "default"},
-        {"wheel_mismatch": 0.02},
-        {"payload": Payload(0.2, (0.0, 0.01, 0.1), (0.05, 0.05, 0.05))},
-        {"patches": (Patch(0.05, disc=(0.5, 0.1, 0.2)), Patch(1.5, rectangle=(0.0, 1.0, 0.0, 1.0)))},
+        {"effects": (WheelMismatch(0.02),)},
+        {"effects": (Payload(0.2, (0.0, 0.01, 0.1), (0.05, 0.05, 0.05)),)},
+        {"effects": (Patches((Patch(0.05, disc=(0.5, 0.1, 0.2)), Patch(1.5, rectangle=(0.0, 1.0, 0.0, 1.0)))),)},
         {"virtual_root": True},
     ],
-    ids=lambda change: next(iter(change), "plain"),
+    ids=str,
 )
 def test_a_scene_is_the_same(robot: str, change: dict[str, Any]) -> None:
     spec = dataclasses.replace(SceneSpec(robots=("leader", "one", "two"), robot=robot), **change)
@@ -247,14 +252,14 @@ def test_main_classes_and_the_world_keep_their_meaning(tmp_path: Path) -> None:
 @pytest.mark.parametrize("tag", UNREADABLE)
 def test_what_makes_up_names_is_refused(tag: str, tmp_path: Path) -> None:
     (tmp_path / "robot.xml").write_text(f"<mujoco><worldbody><{tag}/></worldbody></mujoco>")
-    with pytest.raises(ValueError, match=rf"robot\.xml: cannot read <{tag}> without dm_control"):
+    with pytest.raises(RobotError, match=rf"robot\.xml: cannot read <{tag}> without dm_control"):
         plain.from_path(tmp_path / "robot.xml")
 
 
 @pytest.mark.parametrize(("text", "said"), [("<mujoco", "no XML"), ("<robot/>", "expected <mujoco>, got <robot>")])
 def test_what_is_no_mjcf_is_refused(text: str, said: str, tmp_path: Path) -> None:
     (tmp_path / "robot.xml").write_text(text)
-    with pytest.raises(ValueError, match=said):
+    with pytest.raises(RobotError, match=said):
         plain.from_path(tmp_path / "robot.xml")
 
 
@@ -273,5 +278,5 @@ def test_settings_that_contradict_each_other_are_refused(
         (tmp_path / name).write_text(f"<mujoco>{text}<worldbody/></mujoco>")
     arena = plain.from_path(tmp_path / "scene.xml")
     arena.worldbody.attach(plain.from_path(tmp_path / "robot.xml"))
-    with pytest.raises(ValueError, match=said):
+    with pytest.raises(RobotError, match=said):
         arena.to_xml_string()

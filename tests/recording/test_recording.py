@@ -143,6 +143,8 @@ def test_variables_carry_units_and_named_components() -> None:
     recording = sample()
     for name, spec in VARIABLES.items():
         assert recording[name].attrs == {"units": spec.units, "long_name": spec.long_name}
+    wheels = {name: spec.units for name, spec in VARIABLES.items() if name.startswith("wheel_")}
+    assert wheels == {"wheel_torque": "N m", "wheel_torque_demand": "N m", "wheel_speed": "rad/s", "wheel_load": "N"}
     heading = recording["pose"].sel(robot="follower", pose_component="theta")
     assert heading.dims == ("time",)
     torque = recording["wheel_torque"].sel(wheel="left", robot="leader")

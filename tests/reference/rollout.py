@@ -130,7 +130,7 @@ class _Level:
         most = max(len(network.parents[robot]) for robot in robots)  # who has fewer repeats the last with weight 0
         missing = [(robot, most - len(network.parents[robot])) for robot in robots]
         self._parents = np.array([network.parents[robot] + network.parents[robot][-1:] * n for robot, n in missing])
-        weights = np.array([network.weights[robot] + (0.0,) * n for robot, n in missing]).reshape(-1, most - 1)
+        weights = np.array([network.weights[robot] + (0.0,) * n for robot, n in missing]).reshape(len(robots), most - 1)
         offsets = np.zeros((len(network), 2)) if tracking.offsets is None else tracking.offsets
         self.leaders = VirtualLeader(
             weights,

@@ -329,7 +329,7 @@ def test_the_worst_run_again_has_the_figures_of_the_table(done: Path) -> None:
     table = pd.read_parquet(done / "out" / "runs.parquet")
     for label in ("universal", "k"):
         worst = worst_first(table[table["law"] == label]).iloc[0]
-        recording = run(done / "out" / "worst" / f"{label}.yaml")
+        recording = run(done / "out" / "worst" / f"{label}.yaml").recording
         error = recording["error"].values[recording.time / 0.9 > 9 - 1e-9, 1]
         assert np.hypot(error[:, 0], error[:, 1]).max() / 0.1 == worst["late_position"]
 

@@ -63,9 +63,18 @@ def test_all_runs_are_in_one_payload_in_the_colours_of_their_laws(found: Compari
             curves = {curve["name"]: curve for curve in panels[key]["curves"]}
             known = [value for value in curves[f"follower-{label}"]["y"] if value is not None]
             expected = values[np.isfinite(values[:, 1]), 1]
-            assert len(known) == len(expected) > 10
+            assert len(known) == len(expected) > 3  # one is lost soon
             np.testing.assert_allclose(known, expected, rtol=DIGITS)
         assert panels["position"]["curves"][place]["colour"] == robot_colour(place + 1)
+    assert {robot["dash"] for robot in data["robots"]} == {"solid"}
+
+
+def test_a_colour_that_comes_again_has_a_broken_line(found: Comparison) -> None:
+    runs = {f"law-{k}": next(iter(found.recordings.values())) for k in range(9)}
+    merged = together(runs, room_of(list(runs.values())))
+    robots = payload(join_runs(merged, runs), ())["robots"][1:]
+    looks = {(robot["colour"], robot["dash"]) for robot in robots}
+    assert len({colour for colour, _ in looks}) == 7 < len(looks) == 9
 
 
 def test_a_law_gone_wild_does_not_flatten_the_others(found: Comparison, merged: Recording) -> None:
@@ -123,7 +132,7 @@ def test_who_does_not_settle_is_told() -> None:
     told = compare_verdicts({"laws": laws, "best": {}})
     assert told == [
         "All 2 laws completed their runs of 20 s.",
-        "b did not settle: its worst follower was off by up to 500 mm late in the run.",
+        "b did not settle: its worst follower was off by up to 500 mm and 1 rad late in the run.",
     ]
 
 
@@ -137,7 +146,7 @@ def test_what_went_wrong_stands_first(
     labels = list(found.recordings)
     laws = [row | {"outcome": outcome} for row, outcome in zip(found.tree["laws"], outcomes, strict=False)]
     tree = found.tree | {"laws": laws, "warnings": [], "best": {}}
-    shown = compare_page(tree, {label: found.recordings[label] for label in labels}, merged, Extras())
+    shown = compare_page(tree, {label: found.recordings[label] for label in labels}, merged, (), Extras())
     assert shown.alarm == alarm
 
 

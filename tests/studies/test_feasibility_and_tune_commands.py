@@ -121,6 +121,7 @@ def test_tune_writes_gains_and_says_how_they_were_found(file: Path) -> None:
         (("tour/hello", "--write"), 2, "--out writes a copy"),
         (("recording.nc", "--write"), 2, "tune its scenario file"),
         (("case.yaml", "--out", "case.yaml"), 1, "case.yaml exists"),
+        (("case.yaml", "--set", "law=samson", "--write"), 1, "has the law 'published', which has no gains of 'samson'"),
         (("nowhere.yaml",), 2, "no such file"),
         (("case.yaml", "--set", "law.kp=x"), 2, "law.kp"),
     ],

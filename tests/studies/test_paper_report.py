@@ -9,11 +9,13 @@ import numpy as np
 import pytest
 
 from elements import Elements
-from nhtrack.analysis.metrics import late_rows
+from nhtrack.analysis.metrics import follower_figures, late_rows
 from nhtrack.experiment.load import load
+from nhtrack.presentation.numbers import quantity
 from nhtrack.recording import Recording
 from nhtrack.report.page import render_page
 from nhtrack.studies.paper.examples import EXAMPLES, Example
+from nhtrack.studies.paper.page import page
 from nhtrack.studies.paper.report import ExampleSection, WordTable, paper_page, paper_verdicts
 from nhtrack.studies.paper.report_sections import CLAIMS, Merit, merit, paper_command, sections
 from nhtrack.studies.paper.result import ExampleRuns
@@ -64,6 +66,16 @@ def run_of(name: str, backend: str) -> Recording:
 def runs_of(example: Example, *, wheels: bool = True) -> ExampleRuns:
     on_wheels, ideal = ({name: run_of(name, each) for name in example.scenarios} for each in ("mujoco", "ideal"))
     return ExampleRuns(example, on_wheels if wheels else {}, ideal)
+
+
+def test_the_page_tells_the_worst_follower() -> None:
+    runs = runs_of(EXAMPLES[5])
+    ((name, ideal),) = runs.ideal.items()
+    ideal["error"].values[:, 1:, 2] *= [1.0, 3.0, 2.0]
+    late = [f["late_heading_error"] for f in follower_figures(ideal).values()]
+    assert max(late) == late[1]
+    (row,) = re.findall(rf"\| \[{name}\].*", page([runs], "paper"))
+    assert row.split(" | ")[3].startswith(f"{quantity(max(late), 'rad')} / ")
 
 
 def test_an_example_is_told_from_its_runs() -> None:

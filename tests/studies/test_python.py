@@ -108,7 +108,7 @@ def test_feasibility_and_inspect_are_what_the_commands_print() -> None:
     told = {each.name: each.value for each in nhtrack.inspect("burger").properties}
     assert told["wheel radius"] == 0.033
     shown = invoke("inspect", "burger").stdout
-    assert all(words in shown for words in ("wheel radius", "0.033 m", "motion limits", "ctrlrange of"))
+    assert all(words in shown for words in ("wheel radius", "33 mm", "motion limits", "ctrlrange of"))
 
 
 def test_limits_of_motion_grow_with_friction_and_end_where_there_is_none() -> None:
@@ -191,7 +191,7 @@ def test_the_command_line_names_laws_likewise(here: Path) -> None:
     for law, name in (("samson", "samson"), ("law.py", "law")):
         done = invoke("run", "case.yaml", "--set", f"law={law}", "--backend", "ideal", *PLAIN, "--out", law[:3])
         assert done.exit_code == 0, done.output
-        assert nhtrack.Recording.load(f"{law[:3]}/recording.nc").scenario["law"]["name"] == name
+        assert nhtrack.Recording.load(f"{law[:3]}/recording.nc").scenario.law.name == name
 
 
 @pytest.mark.parametrize(
@@ -232,6 +232,8 @@ def test_other_errors_are_those_of_the_command_line(here: Path) -> None:
     assert raised(nhtrack.inspect, "burgr") == said("inspect", "burgr")
     assert raised(nhtrack.run, "case.yaml", out=".") == said("run", "case.yaml", "--out", ".")
     assert raised(nhtrack.tune, "case.yaml", out="case.yaml") == said("tune", "case.yaml", "--out", "case.yaml")
+    told = said("tune", "case.yaml", "--set", "law=samson", "--out", "a.yaml")
+    assert raised(nhtrack.tune, "case.yaml", law="samson", out="a.yaml") == told
     assert raised(nhtrack.plot, "none.nc") == said("plot", "none.nc") == "none.nc: no such recording"
     assert "did you mean 'errors'" in raised(nhtrack.plot, "none.nc", "error")
     assert "did you mean 'late'" in raised(nhtrack.tune, "case.yaml", objective="lat")
@@ -252,7 +254,7 @@ def test_a_run_that_diverges_raises_and_holds_what_it_recorded() -> None:
         nhtrack.run(DIVERGING, law=WILD)
     error = caught.value
     assert isinstance(error, nhtrack.SimulationDiverged)
-    assert 0 < error.outcome.recording.time[-1] < error.outcome.recording.scenario["duration"]
+    assert 0 < error.outcome.recording.time[-1] < error.outcome.recording.scenario.duration
     assert str(error) == str(error.outcome.failure)
     assert "No pictures: the run diverged." in text_of(error.outcome)
     assert str(pickle.loads(pickle.dumps(error))) == str(error)
@@ -353,7 +355,7 @@ def test_what_users_wrote_is_escaped(run: Outcome, monkeypatch: pytest.MonkeyPat
     for result in (nhtrack.load(NASTY), nhtrack.compare(NASTY, "samson", backend="ideal"), run):
         assert "script" not in page_of(result).tags
     nasty = "<script>alert(1)</script>"
-    table = ResultTable(nasty, (nasty,), (TableRow((nasty,), "fault", frozenset({0})),), caption=nasty)
+    table = ResultTable(nasty, (nasty,), (TableRow((nasty,), "fault", frozenset({0})),), notes=(nasty,))
     view = NotebookView(nasty, nasty, tiles=[(nasty, nasty)], tables=[table], notes=[nasty], folded=[(nasty, [nasty])])
     assert "<script" not in html_of(view)
     assert html_of(view).count("&lt;script&gt;") == 11

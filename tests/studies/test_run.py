@@ -105,6 +105,15 @@ def test_wheels_are_kept_where_their_ideal_twin_diverges() -> None:
     assert any("the ideal twin diverged" in told for told in outcome.summary["warnings"])
 
 
+@pytest.mark.slow
+def test_a_run_that_diverged_is_kept_and_not_filmed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(study, "make_film", lambda *_: pytest.fail("it was filmed"))
+    tipping = load("tour/hello", ["physics.friction=3", "leader.start.twist=[2.4, 15]", "duration=1"])
+    outcome = run_scenario(tipping, tmp_path / "out", figures=False, report=False)
+    assert outcome.failure is not None
+    assert [file.name for file in outcome.files] == ["recording.nc", "summary.json"]
+
+
 def test_mujoco_gl_is_kept_from_mujoco_but_not_from_pictures(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("MUJOCO_GL", "no-such-backend")
     monkeypatch.delenv(gl.WITHHELD, raising=False)

@@ -17,7 +17,7 @@ from nhtrack.recording import Recording
 from nhtrack.simulation.scene import SceneSpec
 from nhtrack.studies.compare.laws_file import load_laws
 from nhtrack.studies.compare.result import Comparison, room_of
-from nhtrack.studies.compare.run import compare
+from nhtrack.studies.compare.run import compare_laws
 from nhtrack.video import overlay, scene_renderer
 from nhtrack.video import typography as letters
 from nhtrack.video.together import together
@@ -38,7 +38,7 @@ def found(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFacto
     virtual = str(request.param == "virtual").lower()
     changes = ["duration=0.2", f"leader.virtual={virtual}", "video.size=[320, 240]", "video.fps=10"]
     scenario, laws = load_laws(lambda: load("tour/hello", changes), ["{name: kanayama, k_x: 0.3}"], load)
-    return compare(scenario, laws, tmp_path_factory.mktemp("film"), figures=False, report=False)
+    return compare_laws(scenario, laws, tmp_path_factory.mktemp("film"), figures=False, report=False)
 
 
 def test_every_robot_is_where_its_own_recording_has_it(found: Comparison) -> None:

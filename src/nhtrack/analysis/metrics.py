@@ -45,6 +45,12 @@ def heading_gap(recording: Recording) -> np.ndarray:
     return np.asarray(recording["pose"].values[..., 2] - recording["ideal_pose"].values[..., 2])
 
 
+def of_largest_magnitude(values: np.ndarray) -> np.ndarray:
+    """Returns, of two wheels, the value of larger magnitude with its sign, shape (..., 2) -> (...)."""
+    left, right = values[..., 0], values[..., 1]
+    return np.where(np.abs(left) >= np.abs(right), left, right)
+
+
 def late_rows(recording: Recording) -> slice:
     """Returns the rows of the last 15 % of the time."""
     return slice(first_late_row(recording.time), None)

@@ -46,8 +46,8 @@ class PlanarBase(Effect):
 
     def edit_frame(self, frame: Any) -> None:
         """Puts slides and a hinge in place of the free joint; heights then count from the axle's."""
-        frame.freejoint.remove()
-        del frame.pos
+        frame.get_children("freejoint").remove()
+        frame.pos = (0, 0, 0)
         for name, axis in (("root", (1, 0, 0)), ("y", (0, 1, 0)), ("z", (0, 0, 1))):
             frame.add("joint", name=name, type="slide", axis=axis)
         frame.add("joint", name="yaw", type="hinge", axis=(0, 0, 1))

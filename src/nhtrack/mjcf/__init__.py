@@ -32,7 +32,7 @@ def read_mjcf(file: Path) -> plain.Element:
         file: an MJCF file.
 
     Raises:
-        ValueError: it is no MJCF, or has what cannot be read.
+        RobotError: it is no MJCF, or has what cannot be read.
         OSError: the file, or one that it speaks of, cannot be read.
     """
     if not has_dm_control():

@@ -6,6 +6,8 @@ import xml.etree.ElementTree as ET
 from collections import Counter
 from copy import deepcopy
 
+from nhtrack.errors import RobotError
+
 __all__ = ["REFERENCES", "attached"]
 
 # Attributes whose value is the name of an element, whatever has them.
@@ -30,11 +32,11 @@ def attached(scene: ET.Element, robots: list[tuple[ET.Element, ET.Element]]) -> 
         robots: the body of the scene that each hangs in, and the root of its MJCF.
 
     Raises:
-        ValueError: settings contradict each other, or the scene has default classes, which a robot would inherit.
+        RobotError: settings contradict each other, or the scene has default classes, which a robot would inherit.
     """
     whole = deepcopy(scene)
     if robots and any(len(each) for each in scene.findall("default")):
-        raise ValueError("a scene that robots hang in cannot have default classes: write them into its elements")
+        raise RobotError("a scene that robots hang in cannot have default classes: write them into its elements")
     twins = dict(zip(scene.iter(), whole.iter(), strict=True))
     _name(whole, "/")
     for frame, robot in robots:
@@ -110,13 +112,13 @@ def _agree(ours: ET.Element, theirs: ET.Element, *, strict: bool) -> None:
         strict: whether the robot must have all that the scene has, since its own default would be another.
 
     Raises:
-        ValueError: they contradict each other.
+        RobotError: they contradict each other.
     """
     for name in sorted({*theirs.attrib, *(ours.attrib if strict else ())}):
         mine, its = ours.get(name), theirs.get(name)
         if mine is not None and mine != its:
             said = "leaves it out" if its is None else f"has {its!r}"
-            raise ValueError(f"<{ours.tag}> {name}: the scene has {mine!r}, the robot {said}")
+            raise RobotError(f"<{ours.tag}> {name}: the scene has {mine!r}, the robot {said}")
         ours.set(name, str(its))
     for child in theirs:
         _agree(_section(ours, child.tag), child, strict=strict)

@@ -6,6 +6,8 @@ import hashlib
 import xml.etree.ElementTree as ET
 from pathlib import Path
 
+from nhtrack.errors import RobotError
+
 __all__ = ["FILES", "UNREADABLE", "read"]
 
 FILES = ("file", "fileback", "filedown", "filefront", "fileleft", "fileright", "fileup")  # attributes that name one
@@ -20,13 +22,13 @@ def read(file: Path) -> tuple[ET.Element, dict[str, bytes]]:
     A file's name in MJCF becomes that of its contents, so that files of two robots are never taken for each other.
 
     Raises:
-        ValueError: it is no MJCF, or has elements that cannot be attached under another name.
+        RobotError: it is no MJCF, or has elements that cannot be attached under another name.
         OSError: a file cannot be read.
     """
     root = _parsed(file, file.parent)
     found = sorted({each.tag for each in root.iter()} & set(UNREADABLE))
     if found:
-        raise ValueError(
+        raise RobotError(
             f"{file}: cannot read {', '.join(f'<{tag}>' for tag in found)} without dm_control, which Python 3.12 and "
             "older have; write out what it stands for, as MuJoCo does when it saves a model"
         )
@@ -52,9 +54,9 @@ def _parsed(file: Path, folder: Path) -> ET.Element:
     try:
         root = ET.fromstring(file.read_bytes())
     except ET.ParseError as error:
-        raise ValueError(f"{file}: no XML: {error}") from error
+        raise RobotError(f"{file}: no XML: {error}") from error
     if root.tag not in ("mujoco", "mujocoinclude"):
-        raise ValueError(f"{file}: expected <mujoco>, got <{root.tag}>")
+        raise RobotError(f"{file}: expected <mujoco>, got <{root.tag}>")
     for parent in list(root.iter()):
         for place, child in reversed(list(enumerate(parent))):
             if child.tag == "include":

@@ -38,7 +38,7 @@ def from_path(file: Path) -> Root:
         file: an MJCF file; what it includes is read with it.
 
     Raises:
-        ValueError: it is no MJCF, or has elements that cannot be attached under another name.
+        RobotError: it is no MJCF, or has elements that cannot be attached under another name.
         OSError: the file, or one that it speaks of, cannot be read.
     """
     return Root(*read(file))
@@ -145,7 +145,7 @@ class Root(Element):
         """Returns the MJCF, with the robots that hang in it.
 
         Raises:
-            ValueError: settings of a robot and of the scene contradict each other.
+            RobotError: settings of a robot and of the scene contradict each other.
         """
         robots = [(frame, robot.node) for frame, robot in self.robots]
         return ET.tostring(attached(self.node, robots), encoding="unicode")

@@ -16,6 +16,7 @@ from nhtrack.colours import INK, ink_on, robot_colour
 from nhtrack.network import generations
 from nhtrack.plots.names import spread
 from nhtrack.plots.style import COLUMN, column_styled, plain, run_title, styled
+from nhtrack.presentation.shown import short_name
 from nhtrack.recording import Recording
 
 __all__ = ["communication", "graph", "left_title"]
@@ -49,7 +50,7 @@ def graph(parents: Mapping[str, Sequence[str]], title: str) -> Figure:
     for place, name in enumerate(parents):
         axes.add_patch(Circle(_point(spots[name]), 0.27, facecolor=robot_colour(place), edgecolor="white"))
         ink = ink_on(robot_colour(place))
-        axes.annotate(_short(name), _point(spots[name]), color=ink, ha="center", va="center", fontweight="bold")
+        axes.annotate(short_name(name), _point(spots[name]), color=ink, ha="center", va="center", fontweight="bold")
     axes.set_xlim(low[0] - 0.4, high[0] + 0.4)
     axes.set_ylim(low[1] - 0.4, high[1] + 0.4)
     left_title(figure, title)
@@ -89,7 +90,7 @@ def communication(recording: Recording) -> Figure:
     everything = np.array(list(spots.values()))
     gap = _least_distance(everything)
     radius = min(_RADIUS, _FILLS * gap)
-    named = len(spots) <= _NAMED and any(_short(name) != name for name in spots)
+    named = len(spots) <= _NAMED and any(short_name(name) != name for name in spots)
     low = everything.min(axis=0) - _MARGIN - [0.0, 0.12 if named else 0.0]
     high = everything.max(axis=0) + _MARGIN
     height = float(high[1] - low[1])
@@ -123,7 +124,7 @@ def _draw_robot(axes: Axes, name: str, spot: Array, colour: str, radius: float, 
     axes.add_patch(Circle(_point(spot), radius, facecolor=colour, edgecolor="none", zorder=2))
     size = min(7.5, _LETTERS * 72 * radius)
     look: dict[str, Any] = {"ha": "center", "va": "center_baseline", "zorder": 3}
-    short = _short(name)
+    short = short_name(name)
     if short.isdigit() or not named:  # a letter says no more than the name below
         inside = look | {"color": ink_on(colour), "fontsize": size, "fontweight": "bold"}
         axes.annotate(plain(short.upper()), _point(spot), **inside)
@@ -206,12 +207,6 @@ def _spots(parents: Mapping[str, Sequence[str]]) -> dict[str, Array]:
         for level, names in enumerate(generations(parents))
         for row, name in enumerate(names)
     }
-
-
-def _short(name: str) -> str:
-    """Returns the number at the end of a robot's name, or its first letter."""
-    digits = name[len(name.rstrip("0123456789")) :]
-    return digits or name[0]
 
 
 def _point(place: Array) -> tuple[float, float]:

@@ -13,13 +13,13 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from nhtrack.analysis.events import Event, EventKind, find_events
-from nhtrack.analysis.metrics import heading_error, heading_gap, position_error, position_gap
+from nhtrack.analysis.metrics import heading_error, heading_gap, of_largest_magnitude, position_error, position_gap
 from nhtrack.colours import INK
 from nhtrack.plots.event_marks import mark_events
 from nhtrack.plots.style import column_styled
 from nhtrack.plots.time_figure import DASHED, LIMIT, Sheet
 from nhtrack.presentation.numbers import common_prefix, quantity
-from nhtrack.presentation.shown import CROWD, of_worse_wheel
+from nhtrack.presentation.shown import CROWD
 from nhtrack.recording import Recording
 
 __all__ = ["errors", "gap", "inputs", "slip"]
@@ -133,7 +133,7 @@ def slip(recording: Recording, events: Sequence[Event] | None = None) -> Figure 
         return None
     lateral, longitudinal, load, utilisation = (recording[name].values for name in _SLIP_VARIABLES)
     ideal, places = recording.backend == "ideal", range(len(recording.robots))
-    slips = [] if ideal else [lateral, of_worse_wheel(longitudinal)]
+    slips = [] if ideal else [lateral, of_largest_magnitude(longitudinal)]
     scales = [common_prefix(values) for values in slips]
     titles = ("sideways slip, axle midpoint", "slip along the rolling direction, worse wheel")
     panels = [(title, f"slip [{prefix}m/s]") for title, (_, prefix) in zip(titles, scales, strict=False)]

@@ -4,14 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-import numpy as np
-
 from nhtrack.ground import Ground
 from nhtrack.presentation.numbers import quantity, share
 from nhtrack.recording import Recording
 from nhtrack.settling import LATE, SettlingLimits
 
-__all__ = ["CROWD", "Room", "Span", "covered", "ground_of", "of_worse_wheel", "settled_note", "within"]
+__all__ = ["CROWD", "Room", "Span", "covered", "ground_of", "settled_note", "short_name", "within"]
 
 CROWD = 7  # more followers than this are drawn as a band: single curves could no longer be told apart
 
@@ -35,6 +33,11 @@ def ground_of(recording: Recording) -> Ground:
     return recording.scene.ground if recording.has_scene else Ground()
 
 
+def short_name(name: str) -> str:
+    """Returns the number at the end of a robot's name, or its first letter."""
+    return name[len(name.rstrip("0123456789")) :] or name[0]
+
+
 def within(limits: SettlingLimits) -> str:
     """Returns within which errors a follower has settled: `within 10 mm and 20 mrad`."""
     return f"within {quantity(limits.position, 'm')} and {quantity(limits.heading, 'rad')}"
@@ -43,9 +46,3 @@ def within(limits: SettlingLimits) -> str:
 def settled_note(limits: SettlingLimits) -> str:
     """Returns what *settled* means, for the note of a table; see `nhtrack.settling`."""
     return f"settled: {within(limits)} of its place until the end, for {share(LATE)} of the run or longer"
-
-
-def of_worse_wheel(values: np.ndarray) -> np.ndarray:
-    """Returns, of two wheels, the value of larger magnitude with its sign, shape (..., 2) -> (...)."""
-    left, right = values[..., 0], values[..., 1]
-    return np.where(np.abs(left) >= np.abs(right), left, right)

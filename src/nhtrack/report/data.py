@@ -16,7 +16,7 @@ from nhtrack.colours import GRIP, ICE
 from nhtrack.presentation.shown import CROWD, Span, covered, ground_of
 from nhtrack.recording import Recording
 from nhtrack.report.downsample import even_rows, numbers
-from nhtrack.report.panels import colours_of, make_panels
+from nhtrack.report.panels import colours_of, dash_of, make_panels
 from nhtrack.report.summary_text import has_virtual_root
 
 DIGITS = 8  # significant digits: a tenth of a micrometre along ten metres
@@ -38,7 +38,10 @@ def payload(recording: Recording, wrong: Iterable[Span]) -> dict[str, Any]:
     rows, colours = frame_rows(recording), colours_of(recording)
     frames = {"time": numbers(recording.time[rows], DIGITS)} | _poses(recording, rows) | _readouts(recording, rows)
     return {
-        "robots": [{"name": name, "colour": colour} for name, colour in zip(recording.robots, colours, strict=True)],
+        "robots": [
+            {"name": name, "colour": colour, "dash": dash_of(recording, place)}
+            for place, (name, colour) in enumerate(zip(recording.robots, colours, strict=True))
+        ],
         "virtual_root": has_virtual_root(recording),
         "crowd": len(recording.robots) - 1 > CROWD,
         "grouped": bool(recording.groups),

@@ -9,6 +9,7 @@ from markupsafe import Markup
 
 from nhtrack.colours import ink_on, robot_colour
 from nhtrack.network import Network
+from nhtrack.presentation.shown import short_name
 
 _RADIUS = 14.0  # of a robot [px]
 _ROW, _COLUMN, _LEVEL = 36.0, 44.0, 92.0  # [px] between robots, between columns of one level, between levels
@@ -72,11 +73,6 @@ def _edge(start: Spot, end: Spot) -> Markup:
 
 def _robot(spot: Spot, name: str, colour: str) -> Markup:
     circle = Markup('<circle cx="{:.1f}" cy="{:.1f}" r="{:.0f}" fill="{}"/>').format(*spot, _RADIUS, colour)
-    place = spot[0], spot[1] + 4, ink_on(colour), _short(name)
+    place = spot[0], spot[1] + 4, ink_on(colour), short_name(name)
     text = Markup('<text x="{:.1f}" y="{:.1f}" fill="{}">{}</text>').format(*place)
     return Markup("<g><title>{}</title>{}{}</g>").format(name, circle, text)
-
-
-def _short(name: str) -> str:
-    """Returns the number at the end of a robot's name, or its first letter."""
-    return name[len(name.rstrip("0123456789")) :] or name[0]

@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from nhtrack.analysis.metrics import heading_error, heading_gap, position_error, position_gap
+from nhtrack.analysis.metrics import heading_error, heading_gap, of_largest_magnitude, position_error, position_gap
 from nhtrack.colours import BAND_COLOUR, robot_colour, robot_dashes
 from nhtrack.presentation.numbers import common_prefix
-from nhtrack.presentation.shown import CROWD, of_worse_wheel
+from nhtrack.presentation.shown import CROWD
 from nhtrack.recording import Recording
 from nhtrack.report.downsample import extreme_rows, numbers
 
@@ -85,7 +85,7 @@ def _slips(recording: Recording) -> Iterator[Panel]:
     group = "Wheels on the floor"
     if recording.backend != "ideal":
         yield _prefixed("sideways", group, "sideways slip of the axle", "m/s", recording["lateral_slip"].values)
-        rolling = of_worse_wheel(recording["longitudinal_slip"].values)
+        rolling = of_largest_magnitude(recording["longitudinal_slip"].values)
         yield _prefixed("rolling", group, "rolling slip, worse wheel", "m/s", rolling)
     use = recording["friction_utilisation"].values.max(axis=-1)
     limits = (("wheels break away", 1.0),)
@@ -104,10 +104,10 @@ def colours_of(recording: Recording) -> list[str]:
     return [robot_colour(place) if spec is None else spec.colour(place) for place in range(len(recording.robots))]
 
 
-def _dash(recording: Recording, place: int) -> str:
-    """Returns how the line of a robot is broken, as the page's library has it."""
-    places = recording.scene.colours if recording.has_scene else ()
-    dashes = robot_dashes(places[place] if places else place)
+def dash_of(recording: Recording, place: int) -> str:
+    """Returns how the line of a robot is broken, as the page's library has it; solid for robots of a single run."""
+    places = recording.scene.colours if recording.groups and recording.has_scene else ()
+    dashes = robot_dashes(places[place]) if places else ()
     return ",".join(f"{_WIDTH * part:.3g}px" for part in dashes) or "solid"
 
 
@@ -128,7 +128,7 @@ def _curves(panel: Panel, recording: Recording) -> list[tuple[dict[str, Any], np
             curves.append((look, band_of(members)))
     return curves + [
         (
-            {"name": recording.robots[place], "colour": colours[place], "dash": _dash(recording, place)},
+            {"name": recording.robots[place], "colour": colours[place], "dash": dash_of(recording, place)},
             panel.values[:, [place]],
         )
         for place in alone
@@ -144,7 +144,7 @@ def _bands(recording: Recording, colours: list[str]) -> list[tuple[dict[str, Any
         return [({"name": f"median of {len(followers)} followers", "colour": BAND_COLOUR, "dash": "solid"}, followers)]
     members = {label: [places[name] for name in names] for label, names in groups.items()}
     return [
-        ({"name": label, "colour": colours[those[0]], "dash": _dash(recording, those[0])}, those)
+        ({"name": label, "colour": colours[those[0]], "dash": dash_of(recording, those[0])}, those)
         for label, those in members.items()
     ]
 

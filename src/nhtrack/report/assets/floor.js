@@ -23,7 +23,7 @@ function paths(kind, look) {
 function floorTraces() {
   const thin = (place) => (data.crowd && place ? 1 : place ? 2 : 3);
   const main = paths('pose', (robot, place) => ({
-    line: {color: robot.colour, width: thin(place), simplify: false}, opacity: data.crowd && place ? 0.6 : 1,
+    line: {color: robot.colour, dash: robot.dash, width: thin(place), simplify: false}, opacity: data.crowd && place ? 0.6 : 1,
   }));
   if (!data.twin) return main;
   const twin = paths('twin', (robot, place) => ({

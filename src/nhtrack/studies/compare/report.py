@@ -167,7 +167,7 @@ def _ended(row: LawRow) -> str:
 def _settled(laws: Sequence[LawRow]) -> Iterator[str]:
     astray = [row for row in laws if row["outcome"] == "completed" and row["settling_time"] is None]
     for row in astray:
-        late = quantity(row["late_position_error"], "m")
+        late = f"{quantity(row['late_position_error'], 'm')} and {quantity(row['late_heading_error'], 'rad')}"
         yield f"{row['label']} did not settle: its worst follower was off by up to {late} late in the run."
 
 

@@ -62,6 +62,8 @@ def run(
 ) -> Outcome:
     """Returns what a run of a scenario left behind: its recording and its figures; files only where `out` is given.
 
+    A run that is interrupted is returned as far as it went.
+
     Args:
         scenario: a bundled name, a scenario file, a YAML text, a recording, or a loaded scenario.
         seed: of everything random, in place of the scenario's.

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
+import numpy as np
+
 from nhtrack.analysis.events import Event, find_events, sentences
 from nhtrack.analysis.metrics import summary as figures_of
 from nhtrack.errors import RecordingError, RenderError
@@ -65,6 +67,7 @@ def film_strip(recording: Recording) -> tuple[list[PageImage], list[str]]:
         return [], [f"No pictures: {error}."]
 
 
+@np.errstate(over="ignore", invalid="ignore")  # axes that are to show what diverged
 def _drawings(recording: Recording, events: Sequence[Event]) -> tuple[list[PageImage], list[str]]:
     """Returns drawings of a run, or the reason why there are none: one gone wild has numbers that no axis can show."""
     try:

@@ -40,9 +40,11 @@ def tune_command(
     loaded = load_scenario(scenario, overrides)
     print_how_laws_run([loaded.law])
     from nhtrack.studies.tune.run import tune
-    from nhtrack.studies.tune.save import save_gains
+    from nhtrack.studies.tune.save import refuse_other_law, save_gains
     from nhtrack.studies.tune.tables import print_tuning
 
+    if target is not None:
+        refuse_other_law(scenario, loaded.law)
     found = tune(loaded, wanted, budget, seed, below_bound=below_bound, progress=True)
     print_tuning(found, screen())
     if target is not None:

@@ -25,7 +25,7 @@ from nhtrack.studies.feasibility.run import with_time
 from nhtrack.studies.tune.box import SearchBox, TuningError, by_name, require_budget
 from nhtrack.studies.tune.objective import Objective
 from nhtrack.studies.tune.result import Generation, Tuning
-from nhtrack.studies.tune.save import refuse_existing, save_gains
+from nhtrack.studies.tune.save import refuse_existing, refuse_other_law, save_gains
 from nhtrack.studies.tune.trial import Trial, with_gains
 from nhtrack.terminal.progress import Observer, Stage, shown_progress
 
@@ -62,7 +62,7 @@ def tune(
     Raises:
         ScenarioError: everything wrong with the scenario and its changes.
         ObjectiveError: an objective that cannot be understood.
-        OutputError: the copy exists, or the scenario is no file that can be copied; nothing is run.
+        OutputError: the copy exists, or the scenario is no file that can be copied or has another law; nothing is run.
         TuningError: a law without ranges to search, a budget too small, or no candidate that keeps its robots.
         FeasibilityError: `time: auto`, and no time scale fits the scenario's own gains.
     """
@@ -71,6 +71,8 @@ def tune(
         refuse_existing(scenario, Path(out), overwrite)
     overrides = overrides_of(**changes)
     loaded = load(scenario, overrides)
+    if out is not None:
+        refuse_other_law(scenario, loaded.law)
     with shown_progress(progress) as stage:
         found = find_gains(loaded, wanted, budget, seed, stage, below_bound=below_bound)
     if out is not None:

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from nhtrack.assets import bundled_scenarios, find_scenario
 from nhtrack.config.edit import save_law_gains
+from nhtrack.config.law_sections import LawSection
 from nhtrack.experiment.load import LOADER
 from nhtrack.files.folder import OutputError, require_free
 from nhtrack.studies.tune.result import Tuning
@@ -20,6 +21,18 @@ def refuse_existing(source: object, target: Path, overwrite: bool) -> None:
     """
     _file_of(source)
     require_free(target, overwrite)
+
+
+def refuse_other_law(source: object, law: LawSection) -> None:
+    """Raises, before any work is done, where a file has another law than the one that is tuned.
+
+    Raises:
+        OutputError: it has.
+        ScenarioError: the file as it is cannot be read.
+    """
+    own = LOADER.load(_file_of(source)).law
+    if own.kind is not law.kind:
+        raise OutputError(f"{source} has the law {own.name!r}, which has no gains of {law.name!r}")
 
 
 def save_gains(found: Tuning, source: object, target: Path, overrides: Sequence[str]) -> None:
