@@ -13,12 +13,19 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle, FancyArrowPatch, Polygon, Rectangle
 from matplotlib.text import Text
 
-from nhtrack import plots, se2
+from nhtrack import se2
 from nhtrack.colours import FOLLOWERS, ROOT, ink_on, robot_colour
 from nhtrack.effects.patches import Patches
 from nhtrack.effects.slope import Slope
 from nhtrack.ground import Patch
+from nhtrack.plots import run_figures
 from nhtrack.plots.event_marks import covered
+from nhtrack.plots.figures.errors import errors
+from nhtrack.plots.figures.gap import gap
+from nhtrack.plots.figures.graph import graph
+from nhtrack.plots.figures.inputs import inputs
+from nhtrack.plots.figures.slip import slip
+from nhtrack.plots.figures.trajectories import trajectories
 from nhtrack.plots.margins import Numbers
 from nhtrack.presentation.numbers import common_prefix
 from nhtrack.simulation.scene import SceneSpec
@@ -30,7 +37,7 @@ HAIR = 2.0  # [pixels at 100 dpi] Boxes of letters are rounded up to pixels, and
 # [rad] Darts are of points a hundredth of a robot's way apart in the panel: rounding of coordinates of a few metres.
 ROUNDING = 1e-10
 
-EVERY_FIGURE = [plots.trajectories, plots.errors, plots.inputs, plots.slip, plots.gap, plots.communication]
+EVERY_FIGURE = [*run_figures().values()]
 
 
 # Runs that every figure is drawn of: followers, and what is particular.
@@ -47,7 +54,7 @@ def figure_of(draw, run) -> Figure | None:
     """Returns a figure of one of `RUNS`, drawn without pixels; those of what an ideal run lacks are None."""
     followers, changes = RUNS[run]
     figure = draw(synthetic_recording(followers, samples=101, **changes))
-    assert (figure is None) == (run == "ideal" and draw in (plots.slip, plots.gap))
+    assert (figure is None) == (run == "ideal" and draw in (slip, gap))
     if figure is not None:
         figure.draw_without_rendering()
     return figure
@@ -81,7 +88,7 @@ def note(figure: Figure) -> str:
 @pytest.mark.parametrize("followers", [1, 15])
 def test_every_panel_has_every_robot_where_it_is(followers):
     recording = synthetic_recording(followers, samples=201)
-    figure = plots.trajectories(recording)
+    figure = trajectories(recording)
     assert len(figure.axes) == 4
     pose = recording["pose"].values[-1]
     glyphs = darts(figure.axes[3])
@@ -99,7 +106,7 @@ def test_every_panel_has_every_robot_where_it_is(followers):
 
 def test_panels_stand_at_the_fractions():
     recording = synthetic_recording(1, samples=801)
-    figure = plots.trajectories(recording, (0.25, 0.75))
+    figure = trajectories(recording, (0.25, 0.75))
     assert [axes.get_title("left") for axes in figure.axes] == [
         "(a) t = 20 s  (25%)",
         "(b) t = 60 s  (75%)",
@@ -111,11 +118,11 @@ def test_panels_stand_at_the_fractions():
 
 
 def test_a_scaled_scenario_says_what_its_metre_and_its_second_are():
-    figures = {draw: draw(synthetic_recording(1, samples=51)) for draw in (plots.trajectories, plots.errors, plots.gap)}
+    figures = {draw: draw(synthetic_recording(1, samples=51)) for draw in (trajectories, errors, gap)}
     for figure in figures.values():
         assert "The scenario's 1 m is 4 mm and its 1 s is 4 s here." in note(figure)
-    assert figures[plots.errors].axes[-1].get_xlabel() == "robot time [s]"
-    unscaled = plots.errors(synthetic_recording(1, samples=51, length_scale=1.0, time_scale=1.0))
+    assert figures[errors].axes[-1].get_xlabel() == "robot time [s]"
+    unscaled = errors(synthetic_recording(1, samples=51, length_scale=1.0, time_scale=1.0))
     assert "scenario" not in note(unscaled)
     assert unscaled.axes[-1].get_xlabel() == "time [s]"
 
@@ -125,7 +132,7 @@ def test_robots_are_to_scale_where_they_can_be_seen():
     recording = synthetic_recording(1, samples=8001)
     recording["pose"].values[..., :2] *= 0.02
     recording.dataset.attrs.update(wheel_radius=WHEEL_RADIUS, half_separation=HALF_SEPARATION)
-    (axes,) = plots.trajectories(recording, (1.0,)).axes
+    (axes,) = trajectories(recording, (1.0,)).axes
     shapes = [patch.get_xy()[:-1] for patch in axes.patches]
     assert len(shapes) == 2 * 2 * 3  # robots, start and end, body and two wheels
     for place, pose in enumerate(recording["pose"].values[-1]):
@@ -135,14 +142,14 @@ def test_robots_are_to_scale_where_they_can_be_seen():
             assert np.ptp(local[:, 0]) == pytest.approx(2 * WHEEL_RADIUS)
             assert local.mean(axis=0) == pytest.approx([0.0, side * HALF_SEPARATION], abs=ROUNDING)
     recording["pose"].values[..., :2] *= 50
-    (axes,) = plots.trajectories(recording, (1.0,)).axes
+    (axes,) = trajectories(recording, (1.0,)).axes
     assert len(axes.patches) == 2 * 2
     assert "wheels 86 mm apart" in note(axes.figure)
 
 
 def test_twin_is_dashed_and_only_where_there_is_one():
     def dashed(recording):
-        return [line for line in plots.trajectories(recording).axes[3].lines if line.is_dashed()]
+        return [line for line in trajectories(recording).axes[3].lines if line.is_dashed()]
 
     recording = synthetic_recording(1, samples=201)
     (twin,) = dashed(recording)
@@ -152,7 +159,7 @@ def test_twin_is_dashed_and_only_where_there_is_one():
 
 def test_errors_are_those_recorded():
     recording = synthetic_recording(1, samples=201)
-    position, position_log, heading, heading_log = plots.errors(recording).axes
+    position, position_log, heading, heading_log = errors(recording).axes
     error = recording["error"].values[:, 1]
     for axes in (position, position_log):
         assert drawn(axes, FOLLOWERS[0])[0][:, 1] == pytest.approx(np.hypot(error[:, 0], error[:, 1]))
@@ -165,13 +172,13 @@ def test_errors_are_those_recorded():
 def test_no_line_is_drawn_across_the_antipode():
     recording = synthetic_recording(1, samples=51)
     recording["error"].values[:, 1, 2] = np.where(np.arange(51) < 25, 3.0, -3.0)
-    (curve,) = drawn(plots.errors(recording).axes[2], FOLLOWERS[0])
+    (curve,) = drawn(errors(recording).axes[2], FOLLOWERS[0])
     assert np.flatnonzero(np.isnan(curve[:, 1])).tolist() == [25]
 
 
 def test_gap_is_between_the_recorded_poses():
     recording = synthetic_recording(2, samples=201)
-    position, heading = plots.gap(recording).axes
+    position, heading = gap(recording).axes
     difference = recording["pose"].values - recording["ideal_pose"].values
     assert position.get_ylabel() == "position gap [µm]"  # 0.28 mm at most
     assert heading.get_ylabel() == "heading gap [µrad]"
@@ -191,8 +198,8 @@ def test_a_root_without_wheels_is_not_named():
     recording["ideal_pose"].values[:, 0] = recording["pose"].values[:, 0]
     for name in ("lateral_slip", "longitudinal_slip", "wheel_load", "friction_utilisation_predicted"):
         recording[name].values[:, 0] = np.nan
-    assert [names(axes) for axes in plots.gap(recording).axes] == [["follower"]] * 2
-    figure = plots.slip(recording)
+    assert [names(axes) for axes in gap(recording).axes] == [["follower"]] * 2
+    figure = slip(recording)
     assert [names(axes) for axes in figure.axes[:3]] == [["follower"]] * 3
     predicted = recording["friction_utilisation_predicted"].values[:, 1].max(axis=-1)
     long = [line.get_ydata() for line in figure.axes[3].lines if len(line.get_ydata()) == 101]
@@ -201,7 +208,7 @@ def test_a_root_without_wheels_is_not_named():
 
 def test_motor_limit_is_drawn_where_torques_come_near_it_and_told_elsewhere():
     def levels(recording):
-        axes = plots.inputs(recording).axes[2]
+        axes = inputs(recording).axes[2]
         told = [text.get_text() for text in axes.texts if text.get_text() not in recording.robots]
         flat = [line for line in axes.lines if list(line.get_xdata()) == [0, 1]]
         return sorted(float(line.get_ydata()[0]) for line in flat), told
@@ -216,7 +223,7 @@ def test_motor_limit_is_drawn_where_torques_come_near_it_and_told_elsewhere():
 
 def test_utilisation_shows_measured_predicted_and_limit():
     recording = synthetic_recording(1, samples=101)
-    axes = plots.slip(recording).axes[3]
+    axes = slip(recording).axes[3]
     measured = recording["friction_utilisation"].values.max(axis=-1)
     assert curves(axes, FOLLOWERS[0])[0][:, 1] == pytest.approx(measured[:, 1])
     predicted = recording["friction_utilisation_predicted"].values.max(axis=(1, 2))
@@ -234,13 +241,13 @@ def test_values_are_read_with_the_prefix_that_suits_them(largest, factor, prefix
 
 
 def test_ideal_backend_has_neither_slip_nor_gap_nor_torques():
-    assert figure_of(plots.slip, "ideal") is figure_of(plots.gap, "ideal") is None
-    assert len(figure_of(plots.inputs, "ideal").axes) == 2
+    assert figure_of(slip, "ideal") is figure_of(gap, "ideal") is None
+    assert len(figure_of(inputs, "ideal").axes) == 2
 
 
 def test_crowd_is_drawn_as_its_median_and_its_worst():
     recording = synthetic_recording(15, samples=51)
-    figure = plots.errors(recording)
+    figure = errors(recording)
     distance = np.hypot(*np.moveaxis(recording["error"].values[:, 1:, :2], -1, 0))
     median, worst = drawn(figure.axes[0], FOLLOWERS[0])
     assert median[:, 1] == pytest.approx(np.median(distance, axis=1))
@@ -255,7 +262,7 @@ def test_crowd_is_drawn_as_its_median_and_its_worst():
 
 
 def test_curves_are_named_where_they_end():
-    figure = figure_of(plots.errors, "diverged")
+    figure = figure_of(errors, "diverged")
     for axes in figure.axes:
         texts = [text for text in axes.texts if re.fullmatch(r"f\d", text.get_text())]
         assert [text.get_text() for text in texts] == [f"f{k}" for k in range(1, 7)]
@@ -308,7 +315,7 @@ def in_graph(parents):
     recording = synthetic_recording(len(parents) - 1, samples=11)
     recording.dataset = recording.dataset.assign_coords(robot=list(parents))
     recording.dataset.attrs["parents"] = json.dumps(parents)
-    figure = plots.communication(recording)
+    figure = graph(recording)
     circles = [patch for patch in figure.axes[0].patches if isinstance(patch, Circle)]
     arrows = [patch for patch in figure.axes[0].patches if isinstance(patch, FancyArrowPatch)]
     return dict(zip(parents, (circle.center for circle in circles), strict=True)), circles[0].radius, arrows, figure
@@ -343,8 +350,8 @@ def test_graph_can_be_read(name):
 
 
 def test_interrupted_run_says_so():
-    assert figure_of(plots.errors, "first row").get_suptitle() == "example1: interrupted"
-    assert figure_of(plots.errors, "ideal").get_suptitle() == ""
+    assert figure_of(errors, "first row").get_suptitle() == "example1: interrupted"
+    assert figure_of(errors, "ideal").get_suptitle() == ""
 
 
 @pytest.mark.parametrize("draw", EVERY_FIGURE)
@@ -359,7 +366,7 @@ def test_figures_are_a_column_wide_and_nothing_is_cut_off(draw, run):
         assert (box.min >= figure.bbox.min - HAIR).all()
         assert (box.max <= figure.bbox.max + HAIR).all()
     for text in figure.findobj(Text):
-        assert text.get_fontsize() >= (6.0 if draw is not plots.communication else 5.0), text
+        assert text.get_fontsize() >= (6.0 if draw is not graph else 5.0), text
 
 
 # -- events -----------------------------------------------------------------------------------------
@@ -394,7 +401,7 @@ def said(axes) -> list[str]:
 
 def test_slides_are_shaded_named_and_say_whose_they_are():
     recording = with_slides(3, {1: slice(101, 201), 3: slice(151, 301)})
-    lateral, longitudinal, load, utilisation = plots.slip(recording).axes[:4]
+    lateral, longitudinal, load, utilisation = slip(recording).axes[:4]
     for axes in (lateral, longitudinal):
         assert shades(axes) == [pytest.approx((10.0, 30.0))]
         first, second = bars(axes)
@@ -408,7 +415,7 @@ def test_slides_are_shaded_named_and_say_whose_they_are():
 
 def test_the_errors_show_the_events_of_those_that_have_them():
     """The root tracks nothing: what happens to it is seen in the figure of slip."""
-    panels = plots.errors(with_slides(2, {0: slice(501, 601), 2: slice(101, 201)})).axes
+    panels = errors(with_slides(2, {0: slice(501, 601), 2: slice(101, 201)})).axes
     assert all(shades(axes) == [pytest.approx((10.0, 20.0))] for axes in panels)
     assert [said(axes) for axes in panels] == [["slipping"], *[[]] * 3]
     assert all(bars(axes) == [] for axes in panels)
@@ -416,11 +423,11 @@ def test_the_errors_show_the_events_of_those_that_have_them():
 
 def test_a_crowd_is_shaded_as_one():
     slides = {place: slice(1 + 10 * place, 11 + 10 * place) for place in range(20, 40)}
-    figure = plots.slip(with_slides(63, slides))
+    figure = slip(with_slides(63, slides))
     assert shades(figure.axes[0]) == [pytest.approx((20.0, 40.0))]
     assert bars(figure.axes[0]) == []
     assert said(figure.axes[0]) == ["slipping: 20 robots"]
-    assert said(plots.slip(with_slides(63, {5: slice(100, 200)})).axes[0]) == ["slipping: 1 robot"]
+    assert said(slip(with_slides(63, {5: slice(100, 200)})).axes[0]) == ["slipping: 1 robot"]
 
 
 def test_every_kind_has_its_panel():
@@ -432,7 +439,7 @@ def test_every_kind_has_its_panel():
     recording["pose"].values[101:201, 2] = recording["pose"].values[100, 2]
     recording["wheel_speed"].values[101:201, 2] = 30.0
     recording.dataset["torque_saturation"] = 0.0 * recording["wheel_torque"]
-    lateral, longitudinal, load, utilisation = plots.slip(recording).axes[:4]
+    lateral, longitudinal, load, utilisation = slip(recording).axes[:4]
     assert said(lateral) == said(longitudinal) == ["tipped"]
     assert said(load) == ["wheel off the floor", "leaning", "tipped"]
     assert said(utilisation) == ["stuck", "tipped"]
@@ -447,7 +454,7 @@ def test_every_kind_has_its_panel():
 def test_names_and_bars_stand_above_the_curves(place):
     recording = with_slides(3, {place: slice(1, 400), 2: slice(200, 600)})
     recording["lateral_slip"].values[:, place] = 1.0
-    figure = plots.slip(recording)
+    figure = slip(recording)
     figure.canvas.draw()
     for axes, highest in zip(figure.axes[:2], (1.0, 0.5), strict=True):
         factor = 1e3 if "[mm/s]" in axes.get_ylabel() else 1.0
@@ -467,7 +474,7 @@ def test_patches_and_slope_are_drawn_and_named():
     patches = (Patch(0.05, disc=(x, y, 0.5)), Patch(1.5, rectangle=(90.0, 91.0, 90.0, 91.0)))
     scene = SceneSpec(recording.robots, friction=0.8, effects=(Patches(patches), Slope(0.1, np.pi / 2)))
     recording.dataset.attrs["scene"] = scene.to_json()
-    axes = plots.trajectories(recording, (1.0,)).axes[0]
+    axes = trajectories(recording, (1.0,)).axes[0]
     (disc,) = (each for each in axes.get_children() if isinstance(each, Circle))
     assert disc.center == pytest.approx((x, y))
     assert disc.radius == pytest.approx(0.5)

@@ -17,7 +17,7 @@ from nhtrack.colours import FOLLOWERS, ROOT, robot_colour
 from nhtrack.experiment.build import build
 from nhtrack.experiment.load import load
 from nhtrack.network import Network
-from nhtrack.plots.graph import graph
+from nhtrack.plots.graph import parents_graph
 from nhtrack.studies.feasibility.run import ideal_motion
 from nhtrack.studies.paper.examples import EXAMPLES, ExampleError, examples_of
 from nhtrack.studies.paper.figure import START, leader_motion, panels, reference_path, side_by_side, tracks
@@ -129,7 +129,7 @@ def test_halts_are_ringed_and_turns_on_the_spot_are_not():
 
 def test_the_graph_goes_left_to_right_by_level():
     parents = {"a": (), "b": ("a",), "c": ("a",), "d": ("b", "c"), "e": ("a", "d")}
-    (axes,) = graph(parents, "title").axes
+    (axes,) = parents_graph(parents, "title").axes
     x = dict(zip(parents, (p.center[0] for p in axes.patches if isinstance(p, Circle)), strict=True))
     assert x["a"] < x["b"] == x["c"] < x["d"] < x["e"]
     assert sum(isinstance(patch, FancyArrowPatch) for patch in axes.patches) == 6

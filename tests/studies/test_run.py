@@ -15,7 +15,7 @@ from nhtrack.analysis.events import Event
 from nhtrack.experiment.build import build, robot_of
 from nhtrack.experiment.load import load
 from nhtrack.files.folder import OutputError
-from nhtrack.plots import series
+from nhtrack.plots.figures import errors, gap, slip
 from nhtrack.recording import Recording
 from nhtrack.simulation import robot_models
 from nhtrack.studies.run import run as study
@@ -146,7 +146,7 @@ def test_events_are_looked_for_once(tmp_path: Path, monkeypatch: pytest.MonkeyPa
         looked.append(recording.name)
         return (Event("stuck", "follower", None, 0.125, 0.25, "rim speed", 0.5, "m/s"),)
 
-    for module in (study, metrics, plots, series):
+    for module in (study, metrics, plots, errors, gap, slip):
         monkeypatch.setattr(module, "find_events", find)
     outcome = run_scenario(load("tour/hello", ["duration=0.5"]), tmp_path / "run", video=False)
     assert looked == ["hello"]

@@ -1,46 +1,24 @@
-"""Figures of a recording: pure functions of it; only `save_figures` writes.
+"""Figures of a recording: pure functions of it; only `save_figures` and `save_drawn` write.
 
-Figures are one journal column wide, in one house style (`nhtrack.plots.style`), in the robots' units. One that would
-have nothing to say of a run is None.
+Figures are one journal column wide, in one house style (`nhtrack.plots.style`), in the robots' units: metres on the
+floor, seconds of the robots' clock.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from inspect import signature
 from pathlib import Path
 
 from matplotlib.figure import Figure
 
 from nhtrack.analysis.events import Event, find_events
+from nhtrack.plots.figures import run_figures
 from nhtrack.plots.files import save_figure
-from nhtrack.plots.graph import communication
-from nhtrack.plots.paths import trajectories
-from nhtrack.plots.series import errors, gap, inputs, slip
 from nhtrack.plots.style import column_styled
 from nhtrack.recording import Recording
 
-__all__ = [
-    "FIGURES",
-    "communication",
-    "draw_figures",
-    "errors",
-    "gap",
-    "inputs",
-    "save_drawn",
-    "save_figures",
-    "slip",
-    "trajectories",
-]
-
-FIGURES: dict[str, Callable[..., Figure | None]] = {
-    "trajectories": trajectories,
-    "errors": errors,
-    "inputs": inputs,
-    "slip": slip,
-    "gap": gap,
-    "graph": communication,
-}
-_MARKED = ("errors", "slip", "gap")  # those that mark events
+__all__ = ["draw_figures", "run_figures", "save_drawn", "save_figures"]
 
 
 def save_figures(
@@ -55,11 +33,11 @@ def save_figures(
         events: of the run, if they are known; else they are looked for.
 
     Returns:
-        The files, in the order of `FIGURES`, PNG before PDF; without those that have nothing to say of the run, as
+        The files, in the order of `run_figures`, PNG before PDF; without those that have nothing to say of the run, as
         the gap of one that is its own ideal twin.
     """
     written = []
-    for name, figure in draw_figures(recording, FIGURES, events):
+    for name, figure in draw_figures(recording, run_figures(), events):
         written += save_drawn(recording.name, {name: figure}, folder, pdf=pdf)
     return written
 
@@ -70,8 +48,8 @@ def draw_figures(
     """Yields those of the named figures that have something to say of a run, with their names; see `save_figures`."""
     found = find_events(recording) if events is None else events
     for name in names:
-        draw = FIGURES[name]
-        figure = draw(recording, found) if name in _MARKED else draw(recording)
+        draw = run_figures()[name]
+        figure = draw(recording, found) if "events" in signature(draw).parameters else draw(recording)
         if figure is not None:
             yield name, figure
 

@@ -33,10 +33,15 @@ from nhtrack.plots.style import COLUMN, panel_title, run_title, time_axes, write
 from nhtrack.presentation.shown import CROWD
 from nhtrack.recording import Recording
 
-__all__ = ["DASHED", "LIMIT", "Sheet"]
+__all__ = ["DASHED", "LIMIT", "LIMIT_AT", "LIMIT_TEXT", "Sheet", "positive"]
 
 DASHED: dict[str, Any] = {"linestyle": (0, (3, 1.5))}
 LIMIT: dict[str, Any] = {"color": INK, "linewidth": 0.7, "linestyle": (0, (6, 3)), "zorder": 2}
+# What a limit is stands at the panel's right: at a place of the panel, or, with `LIMIT_AT`, at a value.
+LIMIT_TEXT: dict[str, Any] = {
+    "xycoords": "axes fraction", "textcoords": "offset points", "ha": "right", "fontsize": 6.0, "color": INK,
+}  # fmt: skip
+LIMIT_AT: dict[str, Any] = {"xycoords": ("axes fraction", "data")}
 
 _PANEL = 0.84  # [in] height of a panel
 _GAP = 0.08  # [in] between a panel and the title of the next
@@ -171,3 +176,8 @@ class Sheet:
                 names, colours, values = zip(*ends, strict=True)
                 name_ends(axes, names, colours, np.array(values))
         return self.figure
+
+
+def positive(values: np.ndarray) -> np.ndarray:
+    """Returns values with zeros as gaps, which a logarithm has no place for."""
+    return np.where(values > 0, values, np.nan)

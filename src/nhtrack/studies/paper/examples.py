@@ -83,9 +83,9 @@ def _opposite_starts(runs: Runs) -> Figure:
 
 
 def _topology(runs: Runs) -> Figure:
-    from nhtrack.plots.graph import graph
+    from nhtrack.plots.graph import parents_graph
 
-    return graph(runs["example4"].parents, "Topology")
+    return parents_graph(runs["example4"].parents, "Topology")
 
 
 EXAMPLES: Mapping[int, Example] = {

@@ -9,7 +9,7 @@ from pathlib import Path
 from matplotlib.figure import Figure
 
 from nhtrack.errors import NhtrackError, did_you_mean
-from nhtrack.plots import FIGURES, draw_figures, save_drawn
+from nhtrack.plots import draw_figures, run_figures, save_drawn
 from nhtrack.studies.run.result import Recorded, recording_of
 
 
@@ -60,15 +60,15 @@ def plot(recording: Recorded, only: str | Iterable[str] | None = None) -> DrawnF
 
     Args:
         recording: a run, a recording, or the file of one.
-        only: which of `trajectories`, `errors`, `inputs`, `slip`, `gap` and `graph`; all by default.
+        only: their names, those of the modules of `nhtrack.plots.figures`; all by default.
 
     Raises:
         PlotError: no such figure.
         RecordingError: no recording.
     """
-    wanted = list(FIGURES) if only is None else [only] if isinstance(only, str) else list(only)
+    wanted = list(run_figures()) if only is None else [only] if isinstance(only, str) else list(only)
     for name in wanted:
-        if name not in FIGURES:
-            raise PlotError(f"no figure {name!r}; {did_you_mean(name, FIGURES)}")
+        if name not in run_figures():
+            raise PlotError(f"no figure {name!r}; {did_you_mean(name, run_figures())}")
     loaded = recording_of(recording)
     return DrawnFigures(loaded.name, dict(draw_figures(loaded, wanted)))

@@ -8,7 +8,7 @@ from typing import Any
 from nhtrack.config.physics import Physics
 from nhtrack.config.robots import Start
 from nhtrack.config.scenario import Scenario
-from nhtrack.plots.graph import graph
+from nhtrack.plots.graph import parents_graph
 from nhtrack.presentation.notebook import NotebookView, PageImage, drawing, html_of
 from nhtrack.presentation.numbers import seconds
 from nhtrack.presentation.result_table import ResultTable, TableRow
@@ -33,7 +33,7 @@ def _drawings(scenario: Scenario) -> list[PageImage]:
     least, most = _GRAPH
     if not least <= len(scenario.parents) <= most:
         return []
-    return [drawing(graph(scenario.parents, "Who tracks whom"), f"{scenario.name}: who tracks whom", scale=0.9)]
+    return [drawing(parents_graph(scenario.parents, "Who tracks whom"), f"{scenario.name}: who tracks whom", scale=0.9)]
 
 
 def _robots(scenario: Scenario) -> ResultTable:

@@ -10,7 +10,8 @@ import numpy as np
 from nhtrack.analysis.events import Event, find_events, sentences
 from nhtrack.analysis.metrics import summary as figures_of
 from nhtrack.errors import RecordingError, RenderError
-from nhtrack.plots import errors, trajectories
+from nhtrack.plots.figures.errors import errors
+from nhtrack.plots.figures.trajectories import trajectories
 from nhtrack.presentation.notebook import NotebookView, PageImage, drawing, html_of, photograph
 from nhtrack.presentation.numbers import seconds
 from nhtrack.recording import Recording

@@ -1,0 +1,41 @@
+"""How far robots are from their ideal twins, over time."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import get_args
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from nhtrack.analysis.events import Event, EventKind, find_events
+from nhtrack.analysis.metrics import heading_gap, position_gap
+from nhtrack.plots.event_marks import mark_events
+from nhtrack.plots.style import column_styled
+from nhtrack.plots.time_figure import Sheet, positive
+from nhtrack.presentation.numbers import common_prefix
+from nhtrack.recording import Recording
+
+
+@column_styled
+def gap(recording: Recording, events: Sequence[Event] | None = None) -> Figure | None:
+    """Returns the distance [m] and the angle [rad] of every robot from its ideal twin at the same time, logarithmic.
+
+    The twin is the same scenario and the same sampled law on the ideal integrator. Units have the prefix that suits
+    them, and all events are shaded. None where the run is its own twin: there is nothing to tell. Arguments as of
+    `errors`.
+    """
+    if recording.backend == "ideal" or "ideal_pose" not in recording.dataset:
+        return None
+    values = position_gap(recording), np.abs(heading_gap(recording))
+    scales = [common_prefix(each) for each in values]
+    panels = [
+        ("distance from the ideal twin", f"position gap [{scales[0][1]}m]"),
+        ("angle from the ideal twin", f"heading gap [{scales[1][1]}rad]"),
+    ]
+    sheet, found = Sheet(recording, panels), find_events(recording) if events is None else events
+    for row, (each, (factor, _)) in enumerate(zip(values, scales, strict=True)):
+        sheet.draw(row, positive(factor * each), range(len(recording.robots)), magnitude=True)
+        sheet.logarithmic(row)
+        mark_events(sheet.panels[row], recording, found, get_args(EventKind), names=row == 0)
+    return sheet.finished()
