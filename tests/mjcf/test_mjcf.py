@@ -183,7 +183,7 @@ def test_a_fleet_of_many_and_a_film_are_the_same() -> None:
 
 @both
 def test_a_robot_of_other_habits_is_the_same(stranger: Path) -> None:
-    expected = in_arena(nhtrack.mjcf.from_path, stranger)
+    expected = in_arena(nhtrack.mjcf.read_mjcf, stranger)
     assert {expected.nmesh, expected.ntendon - 2, expected.neq - 2, expected.nexclude} == {2}
     assert model_bytes(in_arena(plain.from_path, stranger)) == model_bytes(expected)
 

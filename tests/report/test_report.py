@@ -18,7 +18,7 @@ from nhtrack.analysis.metrics import heading_error, position_error, summary
 from nhtrack.config.documentation import json_schema
 from nhtrack.config.video import Video
 from nhtrack.experiment.load import load
-from nhtrack.presentation.numbers import listed, quantity
+from nhtrack.presentation.numbers import cell, listed, quantity
 from nhtrack.recording import Recording
 from nhtrack.report.data import payload
 from nhtrack.report.downsample import extreme_rows, numbers
@@ -264,6 +264,9 @@ def test_a_crowd_is_told_in_one_go() -> None:
 def test_quantities_read_as_people_write_them() -> None:
     values = {0.0: "0 m", 2.83: "2.83 m", 0.0041: "4.1 mm", 6.1e-7: "610 nm", None: "unknown", 0.9999: "1 m"}
     assert {value: quantity(value, "m") for value in values} == values
+    units = {"1": "0.0041", "rad/s^2": "4.1 mrad/s²", "kg m²": "0.0041 kg m²", "%": "0.41 %", "s": "0.0041 s"}
+    assert {unit: cell(0.0041, unit) for unit in units} == units
+    assert cell(None, "m") == cell(np.nan, "%") == "-"
     assert listed(["a", "b", "c"]) == "a, b and c"
     assert listed(list("abcdefg")) == "a, b, c, d and 3 others"
 

@@ -34,12 +34,12 @@ for name in robots:
     runpy.run_path(f"{models}/{name}/picture.py", run_name="__main__")
 import mujoco, numpy as np
 from pathlib import Path
-from nhtrack.mjcf import from_path
+from nhtrack.mjcf import read_mjcf
 for name, (radius, scale, height, *centre) in robots.items():
-    arena = from_path(Path(models, "arena/scene.xml"))
+    arena = read_mjcf(Path(models, "arena/scene.xml"))
     arena.visual.quality.shadowsize = 1024
     for index, colour in enumerate(colours):
-        robot = from_path(Path(models, name, "robot.xml"))
+        robot = read_mjcf(Path(models, name, "robot.xml"))
         robot.model = f"r{index}"
         robot.find("joint", "root").remove()
         robot.find("material", "accent").rgba = (*colour, 1)

@@ -53,9 +53,12 @@ def test_a_row_for_every_law_and_a_file_for_everything(file: Path) -> None:
     cells = [line.split() for line in lines if line.startswith(" kanayama-1 ")]
     assert float(cells[0][1]) == pytest.approx(1e3 * row["late_position_error"], rel=5e-3)
     assert cells[0][2] == "mm"
-    assert float(cells[0][3]) == pytest.approx(row["late_heading_error"], rel=5e-3)
-    assert float(cells[1][-4]) == pytest.approx(row["effort_x"], rel=5e-3)
-    assert float(cells[1][-2]) == pytest.approx(row["effort_theta"], rel=5e-3)
+    assert float(cells[0][3]) == pytest.approx(1e3 * row["late_heading_error"], rel=5e-3)
+    assert cells[0][4] == "mrad"
+    (effort_x, per_metre), (effort_theta, per_radian) = cells[1][-4:-2], cells[1][-2:]
+    assert (per_metre, per_radian) == ("mm/s²", "mrad/s²")
+    assert float(effort_x) == pytest.approx(1e3 * row["effort_x"], rel=5e-3)
+    assert float(effort_theta) == pytest.approx(1e3 * row["effort_theta"], rel=5e-3)
 
 
 @pytest.mark.slow

@@ -33,7 +33,7 @@ from nhtrack.plots.style import COLUMN, panel_title, run_title, time_axes, write
 from nhtrack.presentation.shown import CROWD
 from nhtrack.recording import Recording
 
-__all__ = ["DASHED", "LIMIT", "LIMIT_AT", "LIMIT_TEXT", "Sheet", "positive"]
+__all__ = ["DASHED", "LIMIT", "LIMIT_AT", "LIMIT_TEXT", "Sheet", "zeros_as_gaps"]
 
 DASHED: dict[str, Any] = {"linestyle": (0, (3, 1.5))}
 LIMIT: dict[str, Any] = {"color": INK, "linewidth": 0.7, "linestyle": (0, (6, 3)), "zorder": 2}
@@ -178,6 +178,6 @@ class Sheet:
         return self.figure
 
 
-def positive(values: np.ndarray) -> np.ndarray:
+def zeros_as_gaps(values: np.ndarray) -> np.ndarray:
     """Returns values with zeros as gaps, which a logarithm has no place for."""
     return np.where(values > 0, values, np.nan)

@@ -27,10 +27,11 @@ def common_prefix(values: Array) -> tuple[float, str]:
 def quantity(value: float | None, unit: str) -> str:
     """Returns a number to three digits with an SI prefix: `2.83 m`, `612 nm`; `unknown` where there is none.
 
-    A unit of `1` has no prefix and is not written; one that has a prefix, as `kg m²`, gets no other.
+    A unit of `1` has no prefix and is not written; one that has a prefix, as `kg m²`, gets no other. `m/s^2` is m/s².
     """
     if value is None:
         return "unknown"
+    unit = unit.replace("^2", "²")
     if unit == "1":
         return f"{value:.3g}"
     if unit.startswith("kg"):

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from nhtrack import assets
-from nhtrack.mjcf import from_path
+from nhtrack.mjcf import read_mjcf
 from nhtrack.robots.diff_drive.identification import Parts
 
 if TYPE_CHECKING:
@@ -22,11 +22,11 @@ _DENSE_ROBOTS = 4
 
 def compose(spec: SceneSpec, robot_file: Path, drive: DiffDrive, parts: Parts) -> Any:
     """Returns the MJCF element of a scene."""
-    arena = from_path(assets.models_directory() / "arena" / "scene.xml")
+    arena = read_mjcf(assets.models_directory() / "arena" / "scene.xml")
     arena.compiler.remove()  # how a robot's file is read is the robot's to say; the arena has no angles
     _set_options(arena, spec)
     for name in spec.bodies:
-        robot = from_path(robot_file)
+        robot = read_mjcf(robot_file)
         robot.model = name
         _set_contacts(robot, spec, parts)
         _set_motors(robot, drive, parts)

@@ -12,7 +12,7 @@ from nhtrack.analysis.events import Event, EventKind, find_events
 from nhtrack.analysis.metrics import heading_error, position_error
 from nhtrack.plots.event_marks import mark_events
 from nhtrack.plots.style import column_styled
-from nhtrack.plots.time_figure import Sheet, positive
+from nhtrack.plots.time_figure import Sheet, zeros_as_gaps
 from nhtrack.presentation.shown import CROWD
 from nhtrack.recording import Recording
 
@@ -42,9 +42,9 @@ def errors(recording: Recording, events: Sequence[Event] | None = None) -> Figur
     places = range(1, len(recording.robots))
     alone = len(places) <= CROWD
     sheet.draw(0, distance, places, magnitude=True)
-    sheet.draw(1, positive(distance), places, magnitude=True)
+    sheet.draw(1, zeros_as_gaps(distance), places, magnitude=True)
     sheet.draw(2, _broken_at_antipode(heading) if alone else heading, places)
-    sheet.draw(3, positive(np.abs(heading)), places, magnitude=True)
+    sheet.draw(3, zeros_as_gaps(np.abs(heading)), places, magnitude=True)
     sheet.logarithmic(1)
     sheet.logarithmic(3)
     sheet.panels[0].set_ylim(bottom=0.0)

@@ -12,7 +12,7 @@ from nhtrack.analysis.events import Event, EventKind, find_events
 from nhtrack.analysis.metrics import heading_gap, position_gap
 from nhtrack.plots.event_marks import mark_events
 from nhtrack.plots.style import column_styled
-from nhtrack.plots.time_figure import Sheet, positive
+from nhtrack.plots.time_figure import Sheet, zeros_as_gaps
 from nhtrack.presentation.numbers import common_prefix
 from nhtrack.recording import Recording
 
@@ -35,7 +35,7 @@ def gap(recording: Recording, events: Sequence[Event] | None = None) -> Figure |
     ]
     sheet, found = Sheet(recording, panels), find_events(recording) if events is None else events
     for row, (each, (factor, _)) in enumerate(zip(values, scales, strict=True)):
-        sheet.draw(row, positive(factor * each), range(len(recording.robots)), magnitude=True)
+        sheet.draw(row, zeros_as_gaps(factor * each), range(len(recording.robots)), magnitude=True)
         sheet.logarithmic(row)
         mark_events(sheet.panels[row], recording, found, get_args(EventKind), names=row == 0)
     return sheet.finished()

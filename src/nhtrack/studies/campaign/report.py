@@ -78,7 +78,7 @@ def write_campaign_page(runs: pd.DataFrame, cells: pd.DataFrame, account: Accoun
 
 
 def campaign_page(runs: pd.DataFrame, cells: pd.DataFrame, account: Account) -> Page:
-    """Returns what the page of a campaign shows. Arguments as `write`."""
+    """Returns what the page of a campaign shows. Arguments as `write_campaign_page`."""
     tree, data = account.tree, campaign_payload(runs, account.tree)
     shown = sum(len(each["start"]) for law in data["starts"] for each in law if each)
     again = [("The worst run of each law again:", "\n".join(f"nhtrack run {file}" for file in account.worst.values()))]

@@ -45,7 +45,7 @@ def write_compare_page(
 def compare_page(
     tree: LawRow, runs: Mapping[str, Recording], merged: Recording, wrong: Iterable[Span], extras: Extras
 ) -> Page:
-    """Returns what the page of a comparison shows. Arguments as `write`."""
+    """Returns what the page of a comparison shows. Arguments as `write_compare_page`."""
     whole = join_runs(merged, runs)
     data, film = with_film(payload(whole, wrong), whole, extras.film)
     kept = {label for label, run in runs.items() if run.outcome == "completed"}

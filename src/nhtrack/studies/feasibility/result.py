@@ -9,6 +9,7 @@ from typing import Any
 from nhtrack.analysis.demand import PeakDemand
 from nhtrack.analysis.speedup import Binding
 from nhtrack.config.scenario import Scenario
+from nhtrack.presentation.numbers import seconds
 from nhtrack.views import drawn_by
 
 
@@ -62,7 +63,7 @@ class Feasibility:
         if self.fits:
             return f"Fits at similarity.time {time:g}, with friction used to {margin:.3g} at most; {smallest}."
         worst = min(self.bindings, key=lambda binding: binding.factor)
-        place = f"{worst.robot}'s {worst.wheel} wheel at {worst.time:.3g} s"
+        place = f"{worst.robot}'s {worst.wheel} wheel at {seconds(worst.time)}"
         return f"Does not fit at similarity.time {time:g}: {worst.limit} of {place}; {smallest}."
 
     def __repr__(self) -> str:

@@ -13,6 +13,7 @@ from nhtrack.errors import FeasibilityError
 from nhtrack.experiment.build import Experiment, build, robot_of
 from nhtrack.experiment.compile import compile_once
 from nhtrack.experiment.loop import Progress, Rollout
+from nhtrack.presentation.numbers import seconds
 from nhtrack.recording.source import Source, load
 from nhtrack.simulation.ideal import IdealSimulation
 from nhtrack.simulation.robot_models import RobotModels
@@ -100,7 +101,7 @@ def fitting_time(scenario: Scenario, progress: Progress | None = None, robot: Ro
         if worst is None:
             wanted = 4 * time
         elif worst.factor == 0:
-            place = f"{worst.robot}'s {worst.wheel} wheel at {worst.time:.3g} s"
+            place = f"{worst.robot}'s {worst.wheel} wheel at {seconds(worst.time)}"
             raise FeasibilityError(f"{place} asks for {worst.limit} and there is none, however slow the motion")
         else:
             wanted = max(rounded_up(time / worst.factor), floor)
@@ -119,7 +120,7 @@ def fitting_time(scenario: Scenario, progress: Progress | None = None, robot: Ro
 
 
 def _too_long(scenario: Scenario, time: float, worst: Binding) -> str:
-    reason = f"{worst.limit} of {worst.robot}'s {worst.wheel} wheel at {worst.time:.3g} s asks for it"
+    reason = f"{worst.limit} of {worst.robot}'s {worst.wheel} wheel at {seconds(worst.time)} asks for it"
     count = scenario.duration * time * scenario.control_rate
     return (
         f"time scale {time:.3g} needed: {reason}; "

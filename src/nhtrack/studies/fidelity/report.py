@@ -26,7 +26,7 @@ def write_fidelity_page(findings: Sequence[FindingRow], command: str, versions: 
 
 
 def fidelity_page(findings: Sequence[FindingRow], command: str, versions: Mapping[str, str]) -> Page:
-    """Returns what the page of the fidelity suite shows. Arguments as `write`."""
+    """Returns what the page of the fidelity suite shows. Arguments as `write_fidelity_page`."""
     robots = list(dict.fromkeys(row["robot"] for row in findings))
     groups = list(dict.fromkeys(row["group"] for row in findings))
     broken = [row for row in findings if not row["ok"] and not row["explained"]]

@@ -85,7 +85,7 @@ def write_paper_page(sections: Sequence[ExampleSection], command: str, versions:
 
 
 def paper_page(sections: Sequence[ExampleSection], command: str, versions: Mapping[str, str]) -> Page:
-    """Returns what the page of the paper's examples shows. Arguments as `write`."""
+    """Returns what the page of the paper's examples shows. Arguments as `write_paper_page`."""
     return Page(
         "paper.html.j2",
         "The paper's examples on wheels",

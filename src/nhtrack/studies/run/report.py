@@ -46,12 +46,12 @@ def write_run_page(recording: Recording, summary: Mapping[str, Any], path: Path,
 
 
 def render_run_page(recording: Recording, summary: Mapping[str, Any], extras: Extras | None = None) -> str:
-    """Returns the page of a run as HTML; the same run gives the same bytes. Arguments as `write`."""
+    """Returns the page of a run as HTML; the same run gives the same bytes. Arguments as `write_run_page`."""
     return render_page(run_page(recording, summary, extras or Extras()))
 
 
 def run_page(recording: Recording, summary: Mapping[str, Any], extras: Extras) -> Page:
-    """Returns what the page of a run shows. Arguments as `write`."""
+    """Returns what the page of a run shows. Arguments as `write_run_page`."""
     data, film = with_film(payload(recording, event_spans(summary)), recording, extras.film)
     outcome, scenario = recording.outcome, recording.scenario.model_dump(mode="json")
     return Page(
