@@ -78,7 +78,7 @@ def frames(
     processes: int = 1,
     progress: Progress | None = None,
 ) -> Iterator[np.ndarray]:
-    """Yields the pictures of a film, bytes of shape (height, width, 3); arguments as `render`.
+    """Yields the pictures of a film, bytes of shape (height, width, 3); arguments as `render_film`.
 
     A generator that is left half-way wants to be closed, which frees its OpenGL context.
 
