@@ -15,7 +15,7 @@ def _even(pixels: int) -> int:
     return pixels
 
 
-Pixels: TypeAlias = Annotated[int, Field(ge=16, le=8192), AfterValidator(_even)]
+Pixels: TypeAlias = Annotated[int, Field(ge=64, le=8192), AfterValidator(_even)]
 
 
 class Video(Section):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
 from nhtrack.config.physics import Physics
@@ -14,6 +14,7 @@ from nhtrack.presentation.notebook import NotebookView, PageImage, drawing, html
 from nhtrack.presentation.numbers import seconds
 from nhtrack.presentation.result_table import ResultTable, TableRow
 from nhtrack.references import InputSection, SignalInput, SignalValue, TableInput
+from nhtrack.section import Section
 
 _ROBOTS = 12  # rows of a table
 _GRAPH = (3, 40)  # from so many robots to so many, who tracks whom is drawn
@@ -45,8 +46,9 @@ def _robots(scenario: Scenario) -> ResultTable:
         place = ", ".join(f"{value:g}" for value in each.offset) if any(each.offset) else ""
         rows.append((each.name, f"tracks {', '.join(each.parents)}", *_start(each.start), place))
     rest = (f"and {len(rows) - _ROBOTS} more",) if len(rows) > _ROBOTS else ()
-    headings = ("robot", "", "starts at x, y, θ", "with v, ω", "its place")
-    shown = tuple(TableRow(row) for row in rows[:_ROBOTS])
+    placed = any(row[-1] for row in rows)
+    headings = ("robot", "", "starts at x, y, θ", "with v, ω", *["its place"] * placed)
+    shown = tuple(TableRow(row[: len(headings)]) for row in rows[:_ROBOTS])
     return ResultTable("", headings, shown, frozenset(headings), notes=rest)
 
 
@@ -58,25 +60,40 @@ def _keys(scenario: Scenario) -> ResultTable:
     """Returns law and gains, reference, duration and physics, a row each."""
     auto = scenario.similarity.time == "auto"
     on_robot = "a time yet to be found" if auto else seconds(scenario.duration * scenario.similarity.time_scale)
-    rows = [TableRow(("law", scenario.law.name, ""))]
-    described = type(scenario.law).model_fields
-    for key, value in scenario.law.model_dump(mode="json").items():
-        if key != "name" and value is not None:
-            rows.append(TableRow((f"  {key}", _value(value), described[key].description or "")))
-    rows += [TableRow(("reference", *row)) for row in _reference(scenario.leader.input)]
-    rows.append(TableRow(("duration", f"{scenario.duration:g}", f"{on_robot} on the robot's clock")))
     rate = f"{scenario.control_rate:g} control periods a second"
-    rows.append(TableRow(("robot", scenario.robot, f"{scenario.backend} backend, {rate}")))
-    rows += [TableRow(("physics", key, value)) for key, value in _physics(scenario.physics)]
-    return ResultTable("", ("what", "value", "meaning"), tuple(rows), frozenset({"what", "value", "meaning"}))
+    rows = [
+        ("law", scenario.law.name, ""),
+        *_section(scenario.law, lambda key, value: key != "name" and value is not None),
+        *_reference(scenario.leader.input),
+        ("duration", f"{scenario.duration:g}", f"{on_robot} on the robot's clock"),
+        ("robot", scenario.robot, f"{scenario.backend} backend, {rate}"),
+        *_section(scenario.physics, _tells),
+    ]
+    headings = ("what", "value", "meaning")
+    return ResultTable("", headings, tuple(TableRow(row) for row in rows), frozenset(headings))
 
 
-def _reference(given: InputSection) -> list[tuple[str, str]]:
+def _section(section: Section, shown: Callable[[str, Any], bool]) -> Iterator[tuple[str, str, str]]:
+    """Yields key, value and meaning of what is shown of a section."""
+    described = type(section).model_fields
+    for key, value in section.model_dump(mode="json").items():
+        if shown(key, value):
+            yield key, _value(value), described[key].description or ""
+
+
+def _tells(key: str, value: Any) -> bool:
+    """Returns whether a key of the physics is shown: friction, and whatever is not as it is by default."""
+    return key == "friction" or value != Physics().model_dump(mode="json")[key]
+
+
+def _reference(given: InputSection) -> list[tuple[str, str, str]]:
     if isinstance(given, SignalInput):
-        return [(_signal(given.u_x), "u_x"), (_signal(given.u_theta), "u_theta")]
+        signals = {"u_x": given.u_x, "u_theta": given.u_theta}
+        return [(name, _signal(signal), "the leader's input") for name, signal in signals.items()]
     if isinstance(given, TableInput):
-        return [(f"a table of {len(given.table.t)} rows", f"until {given.table.t[-1]:g}, {given.interpolation}")]
-    return [(_value(given.model_dump(mode="json")), given.words)]
+        until = f"the leader's input until {given.table.t[-1]:g}, {given.interpolation}"
+        return [("input", f"a table of {len(given.table.t)} rows", until)]
+    return [("input", _value(given.model_dump(mode="json")), f"the leader's input, {given.words}")]
 
 
 def _signal(signal: SignalValue) -> str:
@@ -84,14 +101,6 @@ def _signal(signal: SignalValue) -> str:
         parts = [f"{each.value} until {each.until:g}" if each.until else f"{each.value}" for each in signal]
         return ", ".join(parts) if len(parts) <= 4 else f"{', '.join(parts[:3])}, ... ({len(parts)} pieces)"
     return f"{signal:g}" if isinstance(signal, float) else str(signal)
-
-
-def _physics(physics: Physics) -> Iterator[tuple[str, str]]:
-    """Yields friction, and whatever else is not as it is by default."""
-    plain = Physics().model_dump(mode="json")
-    for key, value in physics.model_dump(mode="json").items():
-        if key == "friction" or value != plain[key]:
-            yield key, _value(value)
 
 
 def _value(value: Any) -> str:
