@@ -5,12 +5,19 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
+from dataclasses import dataclass, replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from nhtrack.config.physics import Physics
 from nhtrack.effects import effect_kinds, effects_of
+from nhtrack.effects.contract import Effect
+from nhtrack.ground import Ground
+from nhtrack.simulation.robot_models import read_robot
+from nhtrack.simulation.scene import make_scene
+from nhtrack.simulation.spec import SceneSpec
 
 FLYWHEELS = '''
 from dataclasses import dataclass
@@ -76,6 +83,21 @@ print(json.dumps({
 def test_a_scenario_that_says_nothing_of_them_is_without_any() -> None:
     assert effects_of(Physics(), 2.0) == ()
     assert set(effect_kinds()) <= set(Physics.model_fields)
+
+
+@dataclass(frozen=True)
+class Polish(Effect):
+    """A floor that has lost half of its friction."""
+
+    def ground(self, ground: Ground) -> Ground:
+        """Returns the ground with half of its friction."""
+        return replace(ground, friction=ground.friction / 2)
+
+
+def test_tyres_have_the_friction_of_the_ground_that_effects_make() -> None:
+    spec = SceneSpec(robot="nh_mini", robots=("leader", "follower"), friction=0.6, effects=(Polish(),))
+    scene = make_scene(spec, read_robot(spec))
+    np.testing.assert_array_equal(scene.model.geom_friction[scene.addresses.tyres, 0], 0.3)
 
 
 @pytest.mark.slow

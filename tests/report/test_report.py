@@ -76,7 +76,7 @@ def test_axes_are_labelled_in_the_unit_the_curves_are_in(recording: Recording) -
     panels = {panel["key"]: panel for panel in payload(recording, ())["panels"]}
     largest = np.abs(recording["lateral_slip"].values).max()
     shown = max(abs(value) for curve in panels["sideways"]["curves"] for value in curve["y"])
-    factor = {"m/s": 1.0, "mm/s": 1e3, "µm/s": 1e6, "nm/s": 1e9}[panels["sideways"]["unit"]]
+    factor = {"m/s": 1.0, "mm/s": 1e3, "µm/s": 1e6, "nm/s": 1e9, "pm/s": 1e12}[panels["sideways"]["unit"]]
     assert shown == pytest.approx(factor * largest, rel=DIGITS)
     assert 1 <= shown < 1000
 
@@ -263,6 +263,7 @@ def test_a_crowd_is_told_in_one_go() -> None:
 
 def test_quantities_read_as_people_write_them() -> None:
     values = {0.0: "0 m", 2.83: "2.83 m", 0.0041: "4.1 mm", 6.1e-7: "610 nm", None: "unknown", 0.9999: "1 m"}
+    values |= {2.56e-12: "2.56 pm", 9e-13: "0 m"}
     assert {value: quantity(value, "m") for value in values} == values
     units = {"1": "0.0041", "rad/s^2": "4.1 mrad/s²", "kg m²": "0.0041 kg m²", "%": "0.41 %", "s": "0.0041 s"}
     assert {unit: cell(0.0041, unit) for unit in units} == units

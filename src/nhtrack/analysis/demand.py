@@ -69,8 +69,8 @@ def demands(experiment: Experiment, run: Rollout, drive: DiffDrive, ground: Grou
 def _demands_of(robot: str, motion: IdealMotion, drive: DiffDrive, ground: Ground) -> list[PeakDemand]:
     found = []
     for quantity, values, unit in (
-        ("forward_acceleration", np.abs(motion.u_x), "m/s²"),
-        ("yaw_acceleration", np.abs(motion.u_theta), "rad/s²"),
+        ("forward_acceleration", np.abs(motion.u_x), "m/s^2"),
+        ("yaw_acceleration", np.abs(motion.u_theta), "rad/s^2"),
     ):
         row = int(values.argmax())
         found.append(PeakDemand(robot, quantity, float(values[row]), unit, None, None, float(motion.time[row])))

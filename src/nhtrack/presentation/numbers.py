@@ -8,7 +8,7 @@ import numpy as np
 
 from nhtrack.arrays import Array
 
-_PREFIXES = ((1.0, ""), (1e3, "m"), (1e6, "µ"), (1e9, "n"))
+_PREFIXES = ((1.0, ""), (1e3, "m"), (1e6, "µ"), (1e9, "n"), (1e12, "p"))
 _FEWEST = 1e-12  # sizes below are rounding
 
 

@@ -93,7 +93,7 @@ def _set_contacts(robot: Any, spec: SceneSpec, parts: Parts) -> None:
             geom.solref, geom.solimp = (2 * spec.timestep, 1), _STIFF_SOLIMP
     for name in parts.tyres:
         geom = robot.find("geom", name)
-        geom.friction, geom.condim, geom.priority = (spec.friction, 0.005, 0.0001), 3, 1
+        geom.friction, geom.condim, geom.priority = (spec.ground.friction, 0.005, 0.0001), 3, 1
     for name in parts.casters:
         geom = robot.find("geom", name)
         geom.condim, geom.priority = 1, 1
