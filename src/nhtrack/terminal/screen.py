@@ -45,7 +45,7 @@ def rich_table(table: ResultTable) -> Table:
     shown = Table(title=table.title, title_justify="left", title_style="bold", box=None, padding=(0, 1))
     for heading in table.headings:
         justify: Literal["left", "right"] = "left" if heading in table.words else "right"
-        shown.add_column(heading, justify=justify, no_wrap=heading in table.whole)
+        shown.add_column(heading, justify=justify, no_wrap=heading in table.whole, overflow="fold")
     for row in table.rows:
         if row.begins:
             shown.add_section()
