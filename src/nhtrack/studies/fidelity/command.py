@@ -24,9 +24,13 @@ if TYPE_CHECKING:
 def fidelity(
     robots: Annotated[
         list[str] | None,
-        typer.Option("--robot", help="A bundled robot or an MJCF file; repeatable. All bundled ones by default."),
+        typer.Option(
+            "--robot", metavar="ROBOT", help="A bundled robot or an MJCF file; repeatable. All bundled ones by default."
+        ),
     ] = None,
-    checks: Annotated[list[str] | None, typer.Option("--check", help="One check by name; repeatable.")] = None,
+    checks: Annotated[
+        list[str] | None, typer.Option("--check", metavar="NAME", help="One check by name; repeatable.")
+    ] = None,
     quick: Annotated[bool, typer.Option("--quick", help="Only what takes a few seconds.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print the findings as JSON.")] = False,
     out: Annotated[Path | None, typer.Option(help="Results folder; by default a fresh runs/fidelity-<n>/.")] = None,
