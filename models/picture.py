@@ -10,7 +10,7 @@ gl.choose_backend()  # before MuJoCo looks for a display
 import imageio.v3 as iio  # noqa: E402
 import mujoco  # noqa: E402
 
-from nhtrack.mjcf import from_path  # noqa: E402
+from nhtrack.mjcf import read_mjcf  # noqa: E402
 
 WIDTH, HEIGHT = 720, 405
 
@@ -44,9 +44,9 @@ def draw(
 
 def _model(folder: Path, places: dict[str, tuple[float, float, float]], height: float) -> mujoco.MjModel:
     """Returns the robots in the arena, drawn finer than a film needs."""
-    arena = from_path(folder.parent / "arena" / "scene.xml")
+    arena = read_mjcf(folder.parent / "arena" / "scene.xml")
     for index, (colour, (x, y, theta)) in enumerate(places.items()):
-        robot = from_path(folder / "robot.xml")
+        robot = read_mjcf(folder / "robot.xml")
         robot.model = f"robot_{index}"
         robot.find("joint", "root").remove()  # a free joint belongs to a top-level body: the frame
         robot.find("material", "accent").rgba = (*(int(colour[i : i + 2], 16) / 255 for i in (1, 3, 5)), 1)

@@ -53,6 +53,14 @@ COMMANDS = {
     "tune": "tune case.yaml --budget 8 --out out/tuned.yaml --force",
     "campaign": "campaign campaign.yaml --out out --no-report",
 }
+# What makes them last longer than anybody waits.
+LONGER = {
+    "run": "--set duration=600",
+    "render": "--fps 240 --speed 0.1",
+    "compare": "--set duration=600",
+    "tune": "--budget 4096",
+    "campaign": "--set starts.count=20000",
+}
 WHOLE: Mapping[str, Callable[[Path], object]] = {
     ".nc": Recording.load,
     ".json": lambda path: json.loads(path.read_text()),
@@ -139,8 +147,8 @@ def test_what_a_killed_command_leaves(command: str) -> None:
 @pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGTERM])
 @pytest.mark.parametrize("command", COMMANDS)
 def test_an_interrupted_command_says_so_in_a_line(command: str, how: signal.Signals) -> None:
-    process = begin(command, *(["--budget", "4096"] if command == "tune" else []))
-    changes(process, 1, random.uniform(1.0, 8.0))
+    process = begin(command, *LONGER[command].split())
+    changes(process, 1, random.uniform(3.0, 8.0))
     os.kill(process.pid, how)
     _, said = process.communicate()
     assert process.returncode == 130

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from nhtrack import se2
+from nhtrack.effects.slope import Slope
 from nhtrack.ground import GRAVITY
 from nhtrack.simulation.contact import FrictionRow
 from nhtrack.studies.fidelity.bench import Bench, Finding
@@ -49,7 +50,7 @@ def creep(bench: Bench) -> Iterator[Finding]:
     A friction row of damping b and regularisation R creeps at R f / b under a force f; R is inverse to impratio.
     """
     drive, slope = bench.drive, 0.25 * math.atan(0.5)
-    across: dict[str, Any] = {"friction": 0.5, "slope": slope, "uphill": math.pi / 2, "compensation": "actual"}
+    across: dict[str, Any] = {"friction": 0.5, "effects": (Slope(slope, math.pi / 2),), "compensation": "actual"}
     worst = 0.0
     for impratio in _IMPRATIOS:
         scene = bench.scene(**across, rate_correction=False)
