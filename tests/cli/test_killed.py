@@ -56,7 +56,7 @@ COMMANDS = {
 # What makes them last longer than anybody waits.
 LONGER = {
     "run": "--set duration=600",
-    "render": "--fps 240 --speed 0.1",
+    "render": "--fps 100 --speed 0.1",
     "compare": "--set duration=600",
     "tune": "--budget 4096",
     "campaign": "--set starts.count=20000",
