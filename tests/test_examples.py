@@ -21,7 +21,7 @@ PRINTED = {
     "run_a_scenario": r"friction used: \d\d\.\d%\nthe same run: True\n.*hello\.yaml: law\.kp: expected a number, "
     r"got the text 'much'",
     "compare_laws": r"published: \d+ mm late, .*\nsamson: .*\nkanayama: .*\n\{'k_x': ",
-    "tune_gains": r"cost 3\.\d+ -> [123]\.\d+\nname='published' kp=",
+    "tune_gains": r"cost 0\.1\d+ -> 0\.0\d+\nname='published' kp=",
     "run_a_campaign": r"universal +rest +8 +8 +0\.6755\d+ +1\.0",
     "check_feasibility": r"^Fits at .*\nDoes not fit at .*\nfriction used: (69\.\d|70\.0)%",
     "inspect_a_robot": r"1\.00173 kg on wheels of 33 mm\nat most 0\.\d+ m/s and \d\.\d+ rad/s\n\{'part': 'geometry'",

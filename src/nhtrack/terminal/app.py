@@ -6,8 +6,11 @@
 
 from __future__ import annotations
 
+import logging
 import signal
+import subprocess
 import warnings
+from types import FrameType
 from typing import Annotated, Any, NoReturn
 
 import typer
@@ -17,6 +20,8 @@ from nhtrack import gl
 from nhtrack.errors import FeasibilityError, NhtrackError, RefusedError, ScenarioError, SimulationDiverged
 
 EXIT_ERROR, EXIT_SCENARIO, EXIT_DIVERGED, EXIT_INTERRUPTED = 1, 2, 3, 130
+_LATER = 0.01  # [s] when an interruption is tried again
+_STARTING = (subprocess.Popen.__init__.__code__, subprocess.Popen._execute_child.__code__)  # type: ignore[attr-defined]
 
 
 def fail(message: str, code: int = EXIT_ERROR) -> NoReturn:
@@ -69,10 +74,23 @@ app = typer.Typer(
 
 def run_app() -> None:
     """Runs the command line; what is asked to end (SIGTERM) ends as if interrupted, and keeps what it has."""
-    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGALRM):
+        if signal.getsignal(number) is not signal.SIG_IGN:
+            signal.signal(number, _interrupt)
     gl.withhold()
     warnings.filterwarnings("ignore", "law .* runs as Python")  # the commands say it themselves
     app()
+
+
+def _interrupt(number: int, frame: FrameType | None) -> None:
+    """Raises KeyboardInterrupt, a little later while a process is being started.
+
+    In what logging does beside the fork Python would ignore it; in what starts the process nobody would end that.
+    """
+    if frame is not None and (frame.f_code in _STARTING or frame.f_code.co_filename == logging.__file__):
+        signal.setitimer(signal.ITIMER_REAL, _LATER)
+        return
+    raise KeyboardInterrupt
 
 
 def _print_version(wanted: bool) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import logging
 import subprocess
 from collections.abc import Generator, Iterable
 from dataclasses import dataclass
@@ -15,6 +16,8 @@ import numpy as np
 from nhtrack.errors import RenderError
 
 __all__ = ["FORMATS", "Encoder", "find_encoder", "write_film"]
+
+logging.getLogger("imageio_ffmpeg").setLevel(logging.ERROR)  # it warns of films that were interrupted
 
 # What ffmpeg is told for each ending of a file's name.
 FORMATS: dict[str, dict[str, Any]] = {
