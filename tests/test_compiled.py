@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from nhtrack import compiled
 from nhtrack.experiment.build import build
 from nhtrack.experiment.load import load
 from nhtrack.experiment.loop import FullRecorder, Rollout, rollout, run_loop
@@ -137,3 +138,25 @@ def test_two_processes_fill_one_cold_cache(tmp_path: Path) -> None:
     assert said == [third, third]
     assert third.startswith(f"{RESULT} {cache}")
     assert not list(cache.rglob(".*")), "nothing half written is left"
+
+
+def test_compiled_code_is_kept_apart_by_the_sources_it_is_made_of(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(compiled, "_PACKAGE", tmp_path)
+    for room in compiled._ROOMS:
+        (tmp_path / f"{room}.py").write_text("first")
+    stamps = {room: compiled._stamp.__wrapped__(room) for room in compiled._ROOMS}
+    (tmp_path / "planar.py").write_text("other")
+    changed = {room for room, stamp in stamps.items() if compiled._stamp.__wrapped__(room) != stamp}
+    assert changed == {"planar", "laws", "simulation", "experiment"}
+
+
+def test_old_compiled_code_of_a_room_is_swept(tmp_path: Path) -> None:
+    now, fresh, old, other = (tmp_path / f"compiled-{name}" for name in ("laws-1", "laws-2", "laws-3", "planar-1"))
+    for folder in (now, fresh, old, other):
+        folder.mkdir()
+    for folder in (now, old, other):
+        os.utime(folder, (0.0, 0.0))
+    compiled._sweep(now, "laws")
+    assert set(tmp_path.iterdir()) == {now, fresh, other}

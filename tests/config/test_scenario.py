@@ -447,3 +447,22 @@ def test_wedges_are_those_of_their_script(name: str) -> None:
     script = runpy.run_path(str(DOCS / "_generate" / "generate_formation64.py"))
     written = assets.find_scenario(f"stress/{name}").read_text(encoding="utf-8")
     assert written == script["scenario"](script["WEDGES"][name])
+
+
+@pytest.mark.parametrize(
+    ("override", "key"),
+    [("law=a.py", "law"), ("law={file: a.py}", "law"), ("law.file=a.py", "law"), ("robot=a.xml", "robot")],
+)
+def test_files_of_overrides_start_from_the_working_directory(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, override: str, key: str
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    changed = apply_overrides({}, [override])[key]
+    file = changed if key == "robot" else changed["file"]
+    assert Path(file).parent == tmp_path
+
+
+def test_who_tracks_a_robot_whose_name_cannot_be_read_is_spared() -> None:
+    second = "\n  - {name: b, parents: [follower], start: {pose: [-2, 0, 0]}}\nlaw"
+    (line,) = faults_of(MINIMAL.replace("name: follower", "name: 3").replace("\nlaw", second))
+    assert "followers[0].name" in line

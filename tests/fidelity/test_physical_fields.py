@@ -429,3 +429,13 @@ class TestStressScenarios:
         assert (recording["torque_saturation"].values[flat_out, 1] == 1).all()
         assert not recording["torque_saturation"].values[time > 5, 1].any()
         assert np.hypot(*recording["error"].values[-1, 1, :2]) < 0.05
+
+
+@pytest.mark.parametrize(("side", "slippery"), [((0.0, 1.0), 0), ((-1.0, 0.0), 1)])
+def test_each_tyre_has_the_friction_of_the_place_where_it_stands(side: tuple[float, float], slippery: int) -> None:
+    """Turning on the spot both wheels push alike; the one on ice uses more of its friction."""
+    ice = Patch(0.25 * ONE.friction, rectangle=(-1.0, 1.0, *side))
+    simulation = make_simulation(replace(ONE, effects=(Patches((ice,)),)), DT)
+    run = drive(simulation, held(0.0, 0.5, 0.1), AT_REST, ("friction_utilisation",))
+    used = run.telemetry["friction_utilisation"][-1, 0]
+    assert used[slippery] / used[1 - slippery] == pytest.approx(4.0, rel=0.02)

@@ -81,6 +81,8 @@ SIGNATURE = "command(gains, period, limits, follower, leader, memory) -> (u_x, u
          ["mine.py:1: no class `Gains`: a NamedTuple of the law's gains, each a float; `pass` where it has none"]),
         (GAINS + "def command(gains):\n    pass\n",
          [f"mine.py:6: `command` takes other arguments; expected {SIGNATURE}"]),
+        (GAINS + command().replace("memory)", "memory, more)", 1),
+         [f"mine.py:6: `command` takes other arguments; expected {SIGNATURE}"]),
         (GAINS + "command = 1\n", [f"mine.py:1: `command` is no function; expected {SIGNATURE}"]),
         ("class Gains:\n    pass\n" + command(), ["mine.py:4: `Gains` is not a NamedTuple"]),
         (

@@ -70,6 +70,9 @@ def test_a_short_recording_is_shown_row_by_row(recording: Recording) -> None:
             np.testing.assert_allclose(curve["y"], values[:, place], rtol=DIGITS)
     torque = 1e3 * recording["wheel_torque"].values[:, 0, 1]  # [mN m]
     np.testing.assert_allclose(panels["torque_right"]["curves"][0]["y"], torque, rtol=DIGITS)
+    readouts = {each["name"]: each["values"] for each in frames["readouts"]}
+    used = 100 * recording["friction_utilisation"].values.max(axis=-1)
+    np.testing.assert_allclose(np.array(readouts["friction used"], float), used.T, rtol=1e-3)
 
 
 def test_axes_are_labelled_in_the_unit_the_curves_are_in(recording: Recording) -> None:

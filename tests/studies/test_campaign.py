@@ -18,6 +18,7 @@ from nhtrack.config.families import FAMILIES, RANDOM
 from nhtrack.errors import SimulationDiverged
 from nhtrack.experiment.build import build
 from nhtrack.experiment.load import load_campaign, load_text
+from nhtrack.experiment.recorder import Shape
 from nhtrack.recording import Recording
 from nhtrack.simulation.mujoco import MujocoSimulation
 from nhtrack.simulation.scene import make_scene
@@ -25,6 +26,7 @@ from nhtrack.simulation.state import State
 from nhtrack.studies.campaign import run as campaigns
 from nhtrack.studies.campaign.cell import Cell
 from nhtrack.studies.campaign.draw import draw_pieces, draw_starts
+from nhtrack.studies.campaign.outcomes import outcomes_of, statistics_of
 from nhtrack.studies.campaign.run import CampaignError, run_campaign, run_starts
 from nhtrack.studies.campaign.tables import COLUMNS, cells_of, worst_first
 from nhtrack.studies.run.run import run
@@ -385,3 +387,13 @@ def test_universal_converges_in_the_small_campaign() -> None:
         assert not found["lost"].any()
         assert (found["saturated"] == 0).all()
         assert found["peak_utilisation"].max() < 0.5
+
+
+def test_a_lost_run_has_not_converged_wherever_it_was(tmp_path: Path) -> None:
+    campaign = case(tmp_path)
+    experiment = Cell(campaign, "k", "sinus").experiment(slice(0, 2))
+    statistics = statistics_of(campaign, experiment)
+    statistics.begin(Shape(len(experiment.inputs), 2, 2, False, 0, (0, 0), experiment.dt, 0.0))  # no error in any row
+    found = outcomes_of(statistics, campaign, experiment, np.array([False, True]))
+    assert found["converged"].tolist() == [True, False]
+    assert np.isnan(found["settling_time"]).tolist() == [False, True]
