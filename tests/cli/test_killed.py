@@ -104,6 +104,14 @@ def of_session(leader: int) -> list[int]:
     return found
 
 
+def wait_for_the_last_of(leader: int) -> None:
+    """Waits until no process of a session is left."""
+    ended = time.monotonic()
+    while of_session(leader):
+        assert time.monotonic() - ended < PATIENCE, of_session(leader)
+        time.sleep(0.05)
+
+
 def files() -> list[Path]:
     return [path for path in Path("out").rglob("*") if path.is_file()]
 
@@ -130,10 +138,7 @@ def test_what_a_killed_command_leaves(command: str) -> None:
     changes(process, moment)
     process.kill()
     process.communicate()
-    killed = time.monotonic()
-    while of_session(process.pid):
-        assert time.monotonic() - killed < PATIENCE, of_session(process.pid)
-        time.sleep(0.05)
+    wait_for_the_last_of(process.pid)
     for file in files():
         if not any(part.startswith(".") for part in file.parts):
             WHOLE[file.suffix](file)
@@ -154,5 +159,5 @@ def test_an_interrupted_command_says_so_in_a_line(command: str, how: signal.Sign
     assert process.returncode == 130
     assert said.strip().splitlines()[-1].startswith("interrupted")
     assert "Traceback" not in said
-    assert of_session(process.pid) == []
+    wait_for_the_last_of(process.pid)
     assert hidden() == []

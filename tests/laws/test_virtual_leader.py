@@ -123,6 +123,7 @@ def folded(parents: list[Leader], weights: Sequence[float], combination: str) ->
     return leader
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(5))
 def test_exact_twist_of_several_folds_and_a_place(seed: int) -> None:
     """What a follower of three parents tracks in a formation moves as its twist says, thetabar included."""

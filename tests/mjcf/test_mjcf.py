@@ -150,6 +150,7 @@ def in_arena(from_path: Callable[[Path], Any], file: Path) -> mujoco.MjModel:
 # -- the same as with dm_control ---------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @both
 @pytest.mark.parametrize("robot", assets.robots())
 @pytest.mark.parametrize(
@@ -172,6 +173,7 @@ def test_a_scene_is_the_same(robot: str, change: dict[str, Any]) -> None:
         assert scene.make_scene(spec).hash == expected.hash
 
 
+@pytest.mark.slow
 @both
 def test_a_fleet_of_many_and_a_film_are_the_same() -> None:
     spec = SceneSpec(robots=tuple(f"robot_{index}" for index in range(70)), robot="nh_mini")

@@ -354,6 +354,7 @@ def test_interrupted_run_says_so():
     assert figure_of(errors, "ideal").get_suptitle() == ""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("draw", EVERY_FIGURE)
 @pytest.mark.parametrize("run", RUNS)
 def test_figures_are_a_column_wide_and_nothing_is_cut_off(draw, run):

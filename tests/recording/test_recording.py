@@ -102,6 +102,7 @@ def test_properties_read_what_was_stored(loaded: Recording) -> None:
     assert repr(recording) == "Recording('example1', 2 robots, 0.04 s, backend='mujoco')"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", assets.bundled_scenarios())
 def test_a_scenario_comes_back_as_what_it_was(name: str) -> None:
     scenario = load(name)

@@ -342,6 +342,7 @@ def test_the_same_run_gives_the_same_bytes(recording: Recording, tmp_path: Path)
 # The scenario ---------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", [name for name in assets.bundled_scenarios() if name != "stress/formation1000"])
 def test_every_key_of_every_scenario_is_explained(name: str) -> None:
     tree = load(name).model_dump(mode="json")

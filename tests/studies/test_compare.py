@@ -150,6 +150,7 @@ def tree_of(folder: Path) -> dict:
     return json.loads((folder / "comparison.json").read_text())
 
 
+@pytest.mark.slow
 def test_rows_are_what_the_recordings_say(folder: Path, runs: dict[str, Recording]) -> None:
     rows = tree_of(folder)["laws"]
     assert [row["label"] for row in rows] == ["published", "kanayama-1", "kanayama-2"]

@@ -67,6 +67,7 @@ def same(one: Any, other: Any) -> bool:
 # -- the same numbers, the same files ---------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_run_is_what_the_command_writes(here: Path) -> None:
     options = ("--backend", "ideal", "--seed", 3, "--set", "law.k=6", "--set", "duration=2")
     assert invoke("run", "case.yaml", *options, *PLAIN, "--out", "cli").exit_code == 0
@@ -80,6 +81,7 @@ def test_run_is_what_the_command_writes(here: Path) -> None:
     assert Path("python/recording.nc").read_bytes() == Path("cli/recording.nc").read_bytes()
 
 
+@pytest.mark.slow
 def test_compare_is_what_the_command_writes() -> None:
     options = ("--backend", "ideal", "--tune", 8, "--set", "law.k=6")
     done = invoke("compare", "case.yaml", "samson", LAW, *options, *PLAIN, "--out", "cli")
@@ -143,6 +145,7 @@ def _never_more(stage: str, done: int, total: int) -> None:
     assert stage != "runs"
 
 
+@pytest.mark.slow
 def test_plot_draws_what_run_draws(here: Path) -> None:
     made = nhtrack.run("case.yaml", backend="ideal", out="made", video=False, report=False)
     assert invoke("plot", "made/recording.nc", "--out", "again").exit_code == 0
@@ -186,6 +189,7 @@ def test_changes_are_made_before_anything_is_judged(changes: dict[str, Any], key
         assert found == value
 
 
+@pytest.mark.slow
 def test_the_command_line_names_laws_likewise(here: Path) -> None:
     (here / "law.py").write_text(LAW.read_text())
     for law, name in (("samson", "samson"), ("law.py", "law")):
@@ -303,6 +307,7 @@ def run() -> Outcome:
     return nhtrack.run(NASTY, backend="ideal")
 
 
+@pytest.mark.slow
 def test_a_run_and_its_recording_show_drawings_and_figures(run: Outcome, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("nhtrack.video.stills.FrameRenderer", _no_gl)
     shown = text_of(run)

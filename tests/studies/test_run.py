@@ -138,6 +138,7 @@ def test_figures_that_cannot_be_drawn_are_left_out(tmp_path: Path, monkeypatch: 
     assert outcome.skipped == ("no figures: Axis limits cannot be NaN or Inf",)
 
 
+@pytest.mark.slow
 def test_events_are_looked_for_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Table, warnings, figures and report are told of the same ones."""
     looked: list[str] = []
