@@ -104,6 +104,19 @@ def of_session(leader: int) -> list[int]:
     return found
 
 
+def interrupted(process: subprocess.Popen[str], how: signal.Signals) -> str:
+    """Interrupts a command, twice if it does not hear it, and returns what it says.
+
+    Python ignores what a signal raises while something is finalised; whoever presses Ctrl-C then presses it again.
+    """
+    os.kill(process.pid, how)
+    try:
+        return process.communicate(timeout=2 * PATIENCE)[1]
+    except subprocess.TimeoutExpired:
+        os.kill(process.pid, how)
+        return process.communicate()[1]
+
+
 def wait_for_the_last_of(leader: int) -> None:
     """Waits until no process of a session is left."""
     ended = time.monotonic()
@@ -154,8 +167,7 @@ def test_what_a_killed_command_leaves(command: str) -> None:
 def test_an_interrupted_command_says_so_in_a_line(command: str, how: signal.Signals) -> None:
     process = begin(command, *LONGER[command].split())
     changes(process, 1, random.uniform(3.0, 8.0))
-    os.kill(process.pid, how)
-    _, said = process.communicate()
+    said = interrupted(process, how)
     assert process.returncode == 130
     assert said.strip().splitlines()[-1].startswith("interrupted")
     assert "Traceback" not in said
