@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 
 import numpy as np
 
@@ -81,6 +82,11 @@ def cell(value: float | None, unit: str) -> str:
     if unit == "%":
         return share(value)
     return seconds(value) if unit == "s" else quantity(value, unit)
+
+
+def row_of(figures: Mapping[str, float | None], units: Mapping[str, str]) -> tuple[str, ...]:
+    """Returns the cells of some figures, in the order of their names in `units`; see `cell`."""
+    return tuple(cell(figures[name], unit) for name, unit in units.items())
 
 
 def listed(names: list[str], most: int = 5) -> str:

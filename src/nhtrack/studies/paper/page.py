@@ -10,7 +10,7 @@ from typing import Any
 from nhtrack.analysis.metrics import follower_figures, robot_figures, smallest_separation
 from nhtrack.config.robots import FollowerSection, LeaderSection, Start
 from nhtrack.config.scenario import Scenario
-from nhtrack.presentation.numbers import cell, quantity, seconds, share
+from nhtrack.presentation.numbers import cell, quantity, row_of, seconds, share
 from nhtrack.presentation.shown import within
 from nhtrack.recording import Recording
 from nhtrack.references import SignalInput
@@ -198,6 +198,16 @@ def _error_cells(errors: Mapping[str, Any], recording: Recording) -> list[str]:
     return [*cells, "never" if settled is None else seconds(settled / recording.time_scale)]
 
 
+_ON_WHEELS: Mapping[str, str] = {
+    "path_length": "m",
+    "gap_position_rms": "m",
+    "gap_position_max": "m",
+    "gap_heading_max": "rad",
+    "peak_utilisation": "%",
+    "torque_saturation_share": "%",
+}  # figures of a robot and their units, as the columns of its table
+
+
 def _robot_table(runs: ExampleRuns) -> str:
     """Returns the gaps to the ideal twin and the loads of every robot, on the floor."""
     rows = []
@@ -205,12 +215,7 @@ def _robot_table(runs: ExampleRuns) -> str:
         for robot, figures in robot_figures(recording).items():
             rows.append([
                 robot if len(runs.wheels) == 1 else f"{robot}, `{name}`",
-                cell(figures["path_length"], "m"),
-                cell(figures["gap_position_rms"], "m"),
-                cell(figures["gap_position_max"], "m"),
-                cell(figures["gap_heading_max"], "rad"),
-                cell(figures["peak_utilisation"], "%"),
-                cell(figures["torque_saturation_share"], "%"),
+                *row_of(figures, _ON_WHEELS),
             ])  # fmt: skip
     header = ["robot", "path", "gap RMS", "gap max", "heading gap max"]
     return table([*header, "peak friction utilisation", "time at the torque limit"], rows)

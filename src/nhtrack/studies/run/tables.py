@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-from nhtrack.presentation.numbers import cell, degrees, seconds
+from nhtrack.presentation.numbers import cell, degrees, row_of, seconds
 from nhtrack.presentation.result_table import ResultTable, TableRow
 from nhtrack.presentation.shown import settled_note
 from nhtrack.settling import SettlingLimits
@@ -37,26 +38,31 @@ def run_tables(summary: dict[str, Any]) -> list[ResultTable]:
     return tables + ([_events_table(summary["events"])] if summary["events"] else [])
 
 
+# Figures and their units, as the columns of a table.
+_TRACKING: Mapping[str, str] = {
+    "initial_position_error": "m",
+    "final_position_error": "m",
+    "final_heading_error": "rad",
+    "late_position_error": "m",
+    "late_heading_error": "rad",
+    "settling_time": "s",
+}
+_ON_WHEELS: Mapping[str, str] = {
+    "path_length": "m",
+    "gap_position_rms": "m",
+    "gap_position_max": "m",
+    "peak_utilisation": "%",
+    "torque_saturation_share": "%",
+}
+
+
 def followers_table(summary: dict[str, Any]) -> ResultTable:
     """Returns how near each follower came to its leader; of many the worst."""
     rows, left_out = _worst(summary["followers"], "late_position_error", "largest late errors")
     return ResultTable(
         f"{summary['name']}: what each follower makes of its leader",
         ("follower", "start", "final", "final heading", "late", "late heading", "settled"),
-        tuple(
-            TableRow(
-                (
-                    name,
-                    cell(figures["initial_position_error"], "m"),
-                    cell(figures["final_position_error"], "m"),
-                    cell(figures["final_heading_error"], "rad"),
-                    cell(figures["late_position_error"], "m"),
-                    cell(figures["late_heading_error"], "rad"),
-                    cell(figures["settling_time"], "s"),
-                )
-            )
-            for name, figures in rows
-        ),
+        tuple(TableRow((name, *row_of(figures, _TRACKING))) for name, figures in rows),
         frozenset({"follower"}),
         notes=(settled_note(SettlingLimits(**summary["settling_limits"])), *left_out),
     )
@@ -67,19 +73,7 @@ def _robots_table(summary: dict[str, Any]) -> ResultTable:
     return ResultTable(
         "How far wheels and ideal twin part, and what the floor had to do",
         ("robot", "path", "gap RMS", "gap max", "friction used", "torque at limit"),
-        tuple(
-            TableRow(
-                (
-                    name,
-                    cell(figures["path_length"], "m"),
-                    cell(figures["gap_position_rms"], "m"),
-                    cell(figures["gap_position_max"], "m"),
-                    cell(figures["peak_utilisation"], "%"),
-                    cell(figures["torque_saturation_share"], "%"),
-                )
-            )
-            for name, figures in rows
-        ),
+        tuple(TableRow((name, *row_of(figures, _ON_WHEELS))) for name, figures in rows),
         frozenset({"robot"}),
         notes=left_out,
     )
