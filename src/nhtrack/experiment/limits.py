@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from math import pi
+from math import isfinite, pi, sqrt
 
 import numpy as np
 
@@ -29,12 +29,13 @@ def motion_limits(drive: DiffDrive, ground: Ground, utilisation: float, speed: f
         drive: the robot's reduced model.
         ground: what it stands on; the smallest friction of its patches counts everywhere.
         utilisation: share of the friction that may be used, in (0, 1].
-        speed: largest speed [m/s]; half of what the motors reach without load by default.
+        speed: largest speed [m/s]; half of what the motors reach without load by default, and where they have no such
+            speed, that at which a turn about one wheel takes friction 1, sqrt(g b).
 
     Raises:
         FeasibilityError: straight on at that speed is already too much for ground or motors.
     """
-    v = _SPEED * drive.motor.no_load_speed * drive.wheel_radius if speed is None else speed
+    v = _usual_speed(drive) if speed is None else speed
     friction = min([ground.friction, *(patch.friction for patch in ground.patches)])
     everywhere = replace(ground, friction=friction, patches=())
 
@@ -48,6 +49,11 @@ def motion_limits(drive: DiffDrive, ground: Ground, utilisation: float, speed: f
         middle = (least + most) / 2
         least, most = (middle, most) if fits(middle) else (least, middle)
     return Limits(v, *_rates(drive, v, least))
+
+
+def _usual_speed(drive: DiffDrive) -> float:
+    free = _SPEED * drive.motor.no_load_speed * drive.wheel_radius
+    return free if isfinite(free) else sqrt(GRAVITY * drive.half_separation)
 
 
 def _rates(drive: DiffDrive, v: float, grip: float) -> tuple[float, float, float]:

@@ -37,9 +37,7 @@ class FrictionRow:
         step, impedance = float(model.opt.timestep), float(model.geom_solimp[tyre, 1])
         timeconst = max(float(model.geom_solref[tyre, 0]), 2 * step)
         inverse = float(model.body_invweight0[model.geom_bodyid[tyre], 0])
-        return cls(
-            step, 2 / (impedance * timeconst), (1 - impedance) / impedance * inverse / float(model.opt.impratio)
-        )
+        return cls(step, 2 / (impedance * timeconst), (1 - impedance) / impedance * inverse / float(model.opt.impratio))
 
     def surface_velocity(self, before: Array, after: Array, force: Array) -> Array:
         """Returns the surface velocity [m/s] with which a step under a force [N] ends at the velocity `after` [m/s]."""

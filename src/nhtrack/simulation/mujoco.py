@@ -249,7 +249,7 @@ def make_wheels(scene: Scene, spec: SceneSpec, dt: float) -> Wheels:
         after_share=-1 / given_up,
         force_share=-row.step * row.regularisation / given_up,
         straddling=0.5,
-        lag=step * motor.stall_torque / (drive.wheel_inertia * motor.no_load_speed),
+        lag=step * motor.slope / drive.wheel_inertia,
         torque_map=np.ascontiguousarray(drive.torque_map),
         side_map=np.ascontiguousarray(drive.ground_map[:, 1]),
         torque_gain=np.ascontiguousarray(drive.torque_gain),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from typing import Any
 
 from pydantic import TypeAdapter
@@ -12,6 +12,7 @@ from nhtrack.colours import robot_colour
 from nhtrack.effects import Effect, effect_kinds
 from nhtrack.errors import RecordingError, did_you_mean
 from nhtrack.ground import Ground
+from nhtrack.robots.contract import Hints
 
 
 @dataclass(frozen=True)
@@ -20,7 +21,8 @@ class SceneSpec:
 
     Attributes:
         robots: names, root first.
-        robot: folder in models/ or path to an MJCF file.
+        robot: folder in models/, or path to a robot's file.
+        hints: what that cannot say itself.
         timestep: physics step [s].
         friction: sliding friction coefficient between wheels and floor.
         contact: `stiff` (contact parameters from the time step) or `default` (MuJoCo's own).
@@ -36,6 +38,7 @@ class SceneSpec:
 
     robots: tuple[str, ...]
     robot: str = "nh_mini"
+    hints: Hints = field(default_factory=Hints)
     timestep: float = 0.001
     friction: float = 1.0
     contact: str = "stiff"
@@ -60,7 +63,8 @@ class SceneSpec:
         """
         tree = _frozen(json.loads(text))
         effects = tuple(_effect(key, fields) for key, fields in tree.pop("effects", {}).items())
-        return cls(**tree, effects=effects)
+        hints = tree.pop("hints", {})
+        return cls(**tree, effects=effects, hints=Hints(**hints))
 
     @property
     def first_body(self) -> int:
