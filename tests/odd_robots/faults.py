@@ -204,7 +204,7 @@ def wheels_one_behind_the_other(robot: ET.Element) -> None:
     _set(robot, "right_wheel", pos="-0.03 -0.1 0")
 
 
-@fault("body left_wheel, body right_wheel", "inertia")
+@fault("joint left_axle, joint right_axle", "inertia")
 def wheels_of_unequal_spin(robot: ET.Element) -> None:
     _set(robot, "left_axle", armature="1e-4")
 

@@ -9,7 +9,6 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from nhtrack.robots.contract import Hints
-
 from odd_robots.plain import HALF_SEPARATION, MASS, RADIUS, TORQUE
 
 Change = Callable[[ET.Element], None]
@@ -47,6 +46,7 @@ class Habit:
         reads: what is read differently.
         adds: bodies it adds: mass [kg] and place [m] in the chassis' frame.
         hints: what a scenario has to say with it.
+        forward: what it may say to be sure, whichever way wheels turn that turn forward.
     """
 
     change: Change
@@ -54,6 +54,7 @@ class Habit:
     reads: Mapping[str, Any] = field(default_factory=dict)
     adds: tuple[tuple[float, tuple[float, float, float]], ...] = ()
     hints: Hints = field(default_factory=Hints)
+    forward: str = ""
 
 
 def habit(
@@ -61,12 +62,13 @@ def habit(
     *,
     adds: tuple[tuple[float, tuple[float, float, float]], ...] = (),
     hints: Hints | None = None,
+    forward: str = "",
     **reads: Any,
 ) -> Callable[[Change], Change]:
     """Returns a decorator that makes a change of a robot a habit with the change's name."""
 
     def keep(change: Change) -> Change:
-        HABITS[change.__name__] = Habit(change, group, reads, adds, hints or Hints())
+        HABITS[change.__name__] = Habit(change, group, reads, adds, hints or Hints(), forward)
         return change
 
     return keep

@@ -8,7 +8,6 @@ from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 from nhtrack.robots.contract import Hints
-
 from odd_robots.faults import FAULTS
 from odd_robots.habit import GROUPS
 from odd_robots.habits import HABITS
@@ -17,7 +16,7 @@ from odd_robots.plain import plain_robot
 EVERY = 8  # every so many variants has a fault, too
 
 # Habits that leave alone what faults change.
-BESIDE_FAULTS = ("losses", "world", "arms", "defaults")
+BESIDE_FAULTS = ("losses", "world", "defaults")
 
 
 class Variant(NamedTuple):
@@ -36,9 +35,8 @@ def variants(count: int, seed: int) -> Iterator[Variant]:
         fault = draw.choice(sorted(FAULTS)) if number % EVERY == EVERY - 1 else ""
         open_to = BESIDE_FAULTS if fault else GROUPS
         picked = [draw.choice([n for n, h in HABITS.items() if h.group == g]) for g in open_to if draw.random() < 0.6]
-        yield Variant(
-            made(picked, fault), tuple(picked), fault, next((h for h in map(_hints, picked) if h.forward), Hints())
-        )
+        forward = next((HABITS[name].forward for name in picked if HABITS[name].forward), "")
+        yield Variant(made(picked, fault), tuple(picked), fault, Hints(forward=forward))
 
 
 def made(habits: Sequence[str], fault: str = "") -> ET.Element:
@@ -49,7 +47,3 @@ def made(habits: Sequence[str], fault: str = "") -> ET.Element:
     if fault:
         FAULTS[fault].change(robot)
     return robot
-
-
-def _hints(name: str) -> Hints:
-    return HABITS[name].hints

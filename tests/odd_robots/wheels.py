@@ -7,7 +7,6 @@ import xml.etree.ElementTree as ET
 from collections.abc import Callable
 
 from nhtrack.robots.contract import Hints
-
 from odd_robots.habit import habit
 from odd_robots.plain import SIDES, add, part, reframe, section, turn
 
@@ -167,17 +166,17 @@ def origin_on_the_floor_of_a_base_within(robot: ET.Element) -> None:
     chassis.append(inner)
 
 
-@habit("heading", hints=Hints(forward="-x"))
+@habit("heading", hints=Hints(forward="-x"), forward="-x")
 def tail_first(robot: ET.Element) -> None:
     reframe(part(robot, "chassis"), rotation=turn("z", 180))
 
 
-@habit("heading")
+@habit("heading", forward="y")
 def ahead_is_y(robot: ET.Element) -> None:
     reframe(part(robot, "chassis"), rotation=turn("z", -90))
 
 
-@habit("heading")
+@habit("heading", forward="-y")
 def ahead_is_minus_y(robot: ET.Element) -> None:
     reframe(part(robot, "chassis"), rotation=turn("z", 90))
 

@@ -7,9 +7,9 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+
 from nhtrack.robots.contract import Reading, RefusedRobot
 from nhtrack.robots.registry import read_file
-
 from odd_robots.faults import FAULTS
 from odd_robots.habits import HABITS, expected
 from odd_robots.plain import line_of, plain_robot, text_of

@@ -28,12 +28,7 @@ URDF = """
     </inertial>
     <visual> <geometry> <mesh filename="package://cart_description/meshes/shell.stl"/> </geometry> </visual>
     <collision> <origin xyz="-0.02 0 0.03"/> <geometry> <box size="0.18 0.14 0.06"/> </geometry> </collision>
-  </link>
-  <joint name="caster_joint" type="fixed">
-    <parent link="base"/> <child link="caster"/> <origin xyz="-0.08 0 -0.03"/>
-  </joint>
-  <link name="caster">
-    <collision> <geometry> <sphere radius="0.02"/> </geometry> </collision>
+    <collision> <origin xyz="-0.08 0 -0.03"/> <geometry> <sphere radius="0.02"/> </geometry> </collision>
   </link>
   {wheels}
 </robot>
