@@ -60,11 +60,13 @@ def read_motor(
     g c_max (1 - q'/w_0), w_0 = g c_max/|b_2|: a torque source below a motor's line. A tendon's force is shared out by
     its coefficients; the limit is then what both wheels can be given whatever the other gets.
     """
-    mine = [pull for pull in pulls if pull.joint in wheels]
+    model, mine = source.model, [pull for pull in pulls if pull.joint in wheels]
     used = sorted({pull.actuator for pull in mine})
     if not used:
-        note = "no actuators: motors without limits; give theirs under `physics: motors:`"
-        return Motor(np.inf, np.inf, np.inf), [], [note], "nothing"
+        limit = min((_least(model.jnt_actfrcrange[j]) for j in wheels if model.jnt_actfrclimited[j]), default=np.inf)
+        known = "without limits" if np.isinf(limit) else f"of {limit:g} N m, what its joints bear, at any speed"
+        note = f"no actuators: motors {known}; give theirs under `physics: motors:`"
+        return Motor(limit, limit, np.inf), [], [note], "nothing"
     refusals = [Refusal(source.element("actuator", a), why) for a in used for why in _unknown(source, a)]
     if len(used) != 2:
         listed = ", ".join(source.element("actuator", a) for a in used)

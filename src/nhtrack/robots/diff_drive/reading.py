@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import mujoco
 
-from nhtrack.robots.contract import Kind, Reading, Refusal, RefusedRobot
+from nhtrack.robots.contract import Kind, Parts, Reading, Refusal, RefusedRobot
 from nhtrack.robots.diff_drive.actuators import read_motor
 from nhtrack.robots.diff_drive.identification import identify
 from nhtrack.robots.diff_drive.leftovers import leftovers, unknown_to_model
 from nhtrack.robots.diff_drive.model import DiffDrive
 from nhtrack.robots.diff_drive.roles import find_roles
 from nhtrack.robots.diff_drive.stance import read_stance
-from nhtrack.robots.diff_drive.tyres import read_axle, read_tyre
+from nhtrack.robots.diff_drive.tyres import Axle, read_axle, read_tyre
 from nhtrack.robots.diff_drive.writing import Found, write_robot
 from nhtrack.robots.reading.source import Source
 
@@ -43,7 +45,7 @@ def read(source: Source) -> Reading:
     except ValueError as error:
         raise RefusedRobot(source.file, [Refusal("", f"its standard form does not compile: {error}")]) from error
     model = identify(alone, parts, motor)
-    refusals = _tipping(model)
+    refusals = [*_tipping(model), *_uneven(source, axle, alone, parts, model)]
     if refusals:
         raise RefusedRobot(source.file, refusals)
     notes = (*source.notes, *leftovers(source, roles), *axle.notes, *stance.notes, *motor_notes)
@@ -51,6 +53,17 @@ def read(source: Source) -> Reading:
 
 
 KIND = Kind("diff_drive", read)
+_EVEN = 1e-5  # how much the wheels' spin inertias may differ, over the robot's mass times the wheel's radius squared
+
+
+def _uneven(source: Source, axle: Axle, alone: mujoco.MjModel, parts: Parts, model: DiffDrive) -> Iterator[Refusal]:
+    """Yields that the wheels' spin inertias differ by what the robot's motion shows."""
+    spins = [float(alone.dof_M0[alone.joint(name).dofadr[0]]) for name in parts.wheel_joints]
+    if abs(spins[0] - spins[1]) > _EVEN * model.mass * model.wheel_radius**2:
+        one, two = (source.element("joint", tyre.joint) for tyre in (axle.left, axle.right))
+        yield Refusal(
+            one, f"its wheel's inertia of {spins[0]:.6g} kg m^2 is not that of {two}, {spins[1]:.6g}: make them equal"
+        )
 
 
 def _tipping(model: DiffDrive) -> list[Refusal]:

@@ -73,13 +73,12 @@ def read_tyre(source: Source, joint: int) -> tuple[Tyre | None, list[Refusal]]:
     if not geoms:
         return None, [Refusal(source.element("joint", joint), "nothing that it turns has a shape to roll on")]
     axis, anchor = source.axis(joint), source.anchor(joint)
-    first = np.cross(axis, [1.0, 0, 0] if abs(axis[0]) < 0.7 else [0, 1.0, 0])
-    first /= np.linalg.norm(first)
-    ring = np.cos(_ANGLES)[:, None] * first + np.sin(_ANGLES)[:, None] * np.cross(axis, first)
-    reaches = np.array([source.reach(g, ring, anchor) for g in geoms])
+    reaches = np.array([source.reach(g, _ring(axis), anchor) for g in geoms])
     profile = reaches.max(axis=0)
-    # Midway, since an axis may lean a little from what it turns; and without the rounding of directions.
-    radius = float(f"{(profile.max() + profile.min()) / 2:.12g}")
+    # An axis may lean a little from what it turns, which is then level; and without the rounding of directions.
+    level = np.array([axis[0], axis[1], 0.0]) / np.hypot(axis[0], axis[1])
+    farthest = min(max(_farthest(source, g, each, anchor) for g in geoms) for each in (axis, level))
+    radius = float(f"{farthest:.12g}")
     treads = [g for g, each in zip(geoms, reaches, strict=True) if each.max() >= (1 - _ROUND_MESH) * radius]
     meshes = any(source.model.geom_type[g] == mujoco.mjtGeom.mjGEOM_MESH for g in treads)
     refusals = list(_out_of_round(source, treads[0], profile, _ROUND_MESH if meshes else _ROUND))
@@ -104,14 +103,35 @@ def _out_of_round(source: Source, geom: int, profile: Array, tolerance: float) -
         )
 
 
+def _ring(axis: Array) -> Array:
+    """Returns directions all around an axis, shape (k, 3)."""
+    first = np.cross(axis, [1.0, 0, 0] if abs(axis[0]) < 0.7 else [0, 1.0, 0])
+    first /= np.linalg.norm(first)
+    return np.asarray(np.cos(_ANGLES)[:, None] * first + np.sin(_ANGLES)[:, None] * np.cross(axis, first))
+
+
+def _farthest(source: Source, geom: int, axis: Array, anchor: Array) -> float:
+    """Returns how far from an axis a geom reaches: a mesh to its corners, which lie on what it stands for [m]."""
+    if source.model.geom_type[geom] != mujoco.mjtGeom.mjGEOM_MESH:
+        return float(source.reach(geom, _ring(axis), anchor).max())
+    _, out = _about(source, geom, axis, anchor)
+    return float(out.max())
+
+
+def _about(source: Source, geom: int, axis: Array, anchor: Array) -> tuple[Array, Array]:
+    """Returns how far along and how far from an axis the corners of a mesh lie [m], shape (k,)."""
+    centre, rotation = source.place(geom)
+    points = vertices(source.model, geom) @ rotation.T + centre - anchor
+    along = points @ axis
+    return along, np.linalg.norm(points - along[:, None] * axis, axis=1)
+
+
 def _sides(source: Source, geom: int, axis: Array, anchor: Array, radius: float) -> tuple[float, float]:
     """Returns from where to where along the axis the tread of a geom reaches [m]."""
-    centre, rotation = source.place(geom)
     if source.model.geom_type[geom] == mujoco.mjtGeom.mjGEOM_MESH:
-        points = vertices(source.model, geom) @ rotation.T + centre - anchor
-        along = points @ axis
-        out = np.linalg.norm(points - along[:, None] * axis, axis=1) >= (1 - _ROUND_MESH) * radius
-        return (float(along[out].min()), float(along[out].max())) if out.any() else (0.0, 0.0)
+        along, out = _about(source, geom, axis, anchor)
+        tread = along[out >= (1 - _ROUND_MESH) * radius]
+        return (float(tread.min()), float(tread.max())) if tread.size else (0.0, 0.0)
     ahead, back = source.reach(geom, np.stack([axis, -axis]), anchor)
     return -float(back), float(ahead)
 
@@ -125,7 +145,13 @@ def read_axle(source: Source, root: int, tyres: Sequence[Tyre]) -> tuple[Axle, l
     refusals = list(_aside(source, tyres, across, length))
     notes = list[str]()
     if abs(one.radius - two.radius) > _UNEQUAL * one.radius:
-        refusals.append(Refusal("", f"the wheels' radii differ: {one.radius:.6g} m and {two.radius:.6g} m"))
+        other = source.element("geom", one.geoms[0])
+        refusals.append(
+            Refusal(
+                source.element("geom", two.geoms[0]),
+                f"the wheels' radii differ: {two.radius:.6g} m, and {one.radius:.6g} m of {other}",
+            )
+        )
     across = np.array([across[0], across[1], 0.0]) / max(float(np.hypot(across[0], across[1])), 1e-12)
     ahead, said = _ahead(source, root, np.cross(across, [0.0, 0.0, 1.0]), tyres)
     notes += said

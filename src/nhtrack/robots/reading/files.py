@@ -12,12 +12,11 @@ import mujoco
 
 from nhtrack.errors import RobotError, did_you_mean
 from nhtrack.robots.contract import ROBOT_FILES, Hints, Refusal, RefusedRobot
+from nhtrack.robots.reading.missing import leave_out_missing
 from nhtrack.robots.reading.source import LISTS, Source
 from nhtrack.robots.reading.urdf import urdf_text
 
 __all__ = ["find_file", "load_source"]
-
-_PICTURES = ("file", "cubefiles")
 
 
 def find_file(path: Path) -> Path:
@@ -60,10 +59,7 @@ def load_source(path: Path, hints: Hints) -> Source:
     for pair in (*spec.pairs, *spec.excludes):
         spec.delete(pair)  # contacts are the scene's; a robot's file may speak of a floor that it does not have
     spec.compiler.fusestatic = spec.compiler.discardvisual = False
-    missing = [f"{kind} file {found}" for kind, found in _files(spec, file) if not found.is_file()]
-    if missing:
-        listed = "; ".join(dict.fromkeys(missing))
-        raise RobotError(f"{file}: cannot find {listed}: put them there, or correct the file's paths")
+    notes = (*notes, *leave_out_missing(spec, file))
     try:
         model = spec.compile()
     except ValueError as error:
@@ -82,21 +78,32 @@ def _spec(file: Path) -> tuple[Any, dict[tuple[str, str], int], tuple[str, ...]]
         raise RobotError(f"{file}: cannot be read: {error}") from error
     said = re.sub(r"<!--.*?-->", "", text, flags=re.DOTALL)
     if file.suffix.lower() == ".xacro" or re.search(r"<xacro:(?!arg|property)", said):
-        plain = file.name.removesuffix(".xacro").removesuffix(".urdf") + "_plain.urdf"
-        raise RobotError(
-            f"{file}: a xacro file is a program that writes a URDF; run `xacro {file.name} > {plain}` where its "
-            f"packages are installed and name {plain}"
-        )
+        raise _xacro(file)
+    root = re.search(r"<(\w[\w:.-]*)", said)
+    if root is not None and root[1] not in ("mujoco", "mujocoinclude", "robot"):
+        raise RobotError(f"{file}: expected <mujoco> (MJCF) or <robot> (URDF), got <{root[1]}>")
     try:
-        if not re.search(r"<robot[\s>]", said):  # MuJoCo reads what is not quite XML, such as comments with two dashes
-            return mujoco.MjSpec.from_file(str(file.absolute())), {}, ()
+        if root is None or root[1] != "robot":
+            # MuJoCo reads what is not quite XML, such as comments with two dashes, but goes by one ending only.
+            known = file.absolute().with_suffix(".xml")
+            return mujoco.MjSpec.from_file(str(known), include={known.name: text.encode()}), {}, ()
         urdf, notes = urdf_text(ET.fromstring(text), file)
+        if re.search(r"\$[{(]", urdf):
+            raise _xacro(file)
         return mujoco.MjSpec.from_string(urdf), _urdf_lines(text), notes
     except ET.ParseError as error:
         line, column = error.position
         raise RobotError(f"{file}:{line}:{column + 1}: no XML: {error}") from error
     except ValueError as error:
         raise RobotError(f"{file}: MuJoCo cannot read it: {_one_line(error)}") from error
+
+
+def _xacro(file: Path) -> RobotError:
+    plain = file.name.removesuffix(".xacro").removesuffix(".urdf") + "_plain.urdf"
+    return RobotError(
+        f"{file}: a xacro file is a program that writes a URDF; run `xacro {file.name} > {plain}` where its packages "
+        f"are installed and name {plain}"
+    )
 
 
 def _one_line(error: Exception) -> str:
@@ -123,22 +130,6 @@ def _name_all(spec: Any) -> Iterator[tuple[str, str]]:
                 each.name = f"{kind}_{count}"
                 taken.add(each.name)
                 yield kind, each.name
-
-
-def _files(spec: Any, file: Path) -> Iterator[tuple[str, Path]]:
-    """Yields kind and full path of the files that a spec speaks of."""
-    folder = file.absolute().parent
-    for kind, elements, place in (
-        ("mesh", spec.meshes, spec.meshdir),
-        ("texture", spec.textures, spec.texturedir),
-        ("height field", spec.hfields, spec.meshdir),
-    ):
-        for each in elements:
-            for name in _PICTURES:
-                given = getattr(each, name, "")
-                for one in [given] if isinstance(given, str) else given:
-                    if one:
-                        yield kind, folder / place / one
 
 
 def _hold(file: Path, spec: Any, model: mujoco.MjModel, data: mujoco.MjData, hints: Hints) -> Iterator[str]:

@@ -22,6 +22,7 @@ from nhtrack.robots.reading.source import Source
 
 __all__ = ["Link", "Names", "inertia_of", "pairs_apart", "text", "write_document", "write_link"]
 
+_ROUNDING = 1e-14  # of a sum of moments of inertia
 _HIDDEN = 3  # the first group of geoms that is not drawn
 
 _GEOM = mujoco.mjtGeom
@@ -82,7 +83,14 @@ def inertia_of(source: Source, link: Link) -> tuple[float, Array, Array]:
         off = places[body] - centre
         inertia += turned @ np.diag(model.body_inertia[body]) @ turned.T
         inertia += model.body_mass[body] * (off @ off * np.eye(3) - np.outer(off, off))
-    return mass, centre, inertia
+    return mass, centre, inertia + _rounded_off(inertia) * np.eye(3)
+
+
+def _rounded_off(inertia: Array) -> float:
+    """Returns what a disc's inertia lacks after rounding: its largest moment is the sum of the others, and no more."""
+    trace = float(np.trace(inertia))
+    excess = 2 * float(np.linalg.eigvalsh(inertia)[-1]) - trace
+    return max(excess, 0.0) + _ROUNDING * trace if abs(excess) < 1e-6 * trace else 0.0
 
 
 def write_link(
