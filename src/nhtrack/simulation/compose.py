@@ -11,6 +11,7 @@ from nhtrack.colours import rgb
 from nhtrack.mjcf import read_mjcf
 from nhtrack.robots.diff_drive import DiffDrive
 from nhtrack.robots.diff_drive.identification import Parts
+from nhtrack.robots.diff_drive.losses import WheelLosses
 from nhtrack.simulation.fleet import ROBOT, Blueprint, Robot, make_blueprint
 from nhtrack.simulation.robot_models import RobotModels
 from nhtrack.simulation.spec import SceneSpec
@@ -31,7 +32,7 @@ def compose_scene(spec: SceneSpec, robot: RobotModels, *, share_materials: bool 
     """
     arena = read_mjcf(assets.models_directory() / "arena" / "scene.xml")
     arena.compiler.remove()  # how a robot's file is read is the robot's to say; the arena has no angles
-    _set_options(arena, spec)
+    _set_options(arena, spec, robot.drive.losses)
     for effect in spec.effects:
         effect.edit_arena(arena, spec.ground)
     if spec.bodies:
@@ -50,6 +51,7 @@ def _add_robot(arena: Any, spec: SceneSpec, robot: RobotModels) -> None:
     element.model = ROBOT
     _set_contacts(element, spec, robot.parts)
     _set_motors(element, robot.drive, robot.parts)
+    _set_losses(element, spec, robot.drive, robot.parts)
     for effect in spec.effects:
         effect.edit_robot(element, robot.parts, robot.nominal)
     frame = _attach(arena, element, robot.drive, robot.parts)
@@ -66,11 +68,13 @@ def _robots(spec: SceneSpec) -> tuple[Robot, ...]:
     )
 
 
-def _set_options(arena: Any, spec: SceneSpec) -> None:
+def _set_options(arena: Any, spec: SceneSpec, losses: WheelLosses) -> None:
     option = arena.option
     option.timestep = spec.timestep
     option.gravity = spec.ground.gravity  # the plane stays level in its own frame; on a slope gravity leans
     option.integrator = "implicitfast"
+    if any(losses.damping):  # see `_set_losses`
+        option.integrator, option.flag.eulerdamp = "Euler", "disable"
     option.cone = "elliptic"  # the pyramid loses 29 % of the friction limit at 45 degrees
     option.solver = "Newton"
     option.impratio = 1  # more would shrink the creep of friction, which the rate correction makes up for anyway, and
@@ -106,6 +110,21 @@ def _set_motors(robot: Any, drive: DiffDrive, parts: Parts) -> None:
         motor.gear, motor.ctrlrange = (1,), (-drive.motor.torque_limit, drive.motor.torque_limit)
         if motor.tag == "general":
             motor.gainprm = (1,)
+
+
+def _set_losses(robot: Any, spec: SceneSpec, drive: DiffDrive, parts: Parts) -> None:
+    """Lets viscous friction act by the velocity after a step, and dry friction hold as stiffly as contacts.
+
+    MuJoCo's implicit damping, (M + h d) (v' - v)/h = forces, comes after contacts are solved with M alone, so that they
+    do not hold in the end: wheels slip, and the reaction tips the chassis. With h d in the armature and damping taken
+    explicitly both are solved with the same matrix.
+    """
+    for name, damping, dry in zip(parts.wheel_joints, drive.losses.damping, drive.losses.dry_friction, strict=True):
+        joint = robot.find("joint", name)
+        if damping:
+            joint.armature = drive.reflected_inertia + spec.timestep * damping
+        if dry and spec.contact == "stiff":
+            joint.solreffriction, joint.solimpfriction = (2 * spec.timestep, 1), _STIFF_SOLIMP
 
 
 def _attach(arena: Any, robot: Any, drive: DiffDrive, parts: Parts) -> Any:

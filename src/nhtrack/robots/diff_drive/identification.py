@@ -8,6 +8,7 @@ import mujoco
 import numpy as np
 
 from nhtrack.errors import RobotError
+from nhtrack.robots.diff_drive.losses import WheelLosses
 from nhtrack.robots.diff_drive.model import DiffDrive
 from nhtrack.robots.motor import Motor
 
@@ -100,7 +101,21 @@ def identify(model: mujoco.MjModel, parts: Parts | None = None) -> DiffDrive:
         motor=_motor(model, parts),
         reflected_inertia=rotor[0],
         products=(_product(M, root, com, 0), _product(M, root, com, 1)),
+        losses=_losses(model, parts),
     )
+
+
+def _losses(model: mujoco.MjModel, parts: Parts) -> WheelLosses:
+    """Returns the friction of the wheel joints, which is proportional to their speed or does not depend on it."""
+    joints = [model.joint(name) for name in parts.wheel_joints]
+    dofs = [int(joint.dofadr[0]) for joint in joints]
+    for name, dof in zip(parts.wheel_joints, dofs, strict=True):
+        if model.dof_dampingpoly[dof].any():
+            given = " ".join(f"{value:g}" for value in (model.dof_damping[dof], *model.dof_dampingpoly[dof]))
+            raise RobotError(f"joint {name!r}: expected one damping, proportional to the speed, got {given}")
+    left, right = dofs
+    damping, dry = model.dof_damping, model.dof_frictionloss
+    return WheelLosses((float(damping[left]), float(damping[right])), (float(dry[left]), float(dry[right])))
 
 
 def _product(M: np.ndarray, root: int, com: np.ndarray, axis: int) -> float:
