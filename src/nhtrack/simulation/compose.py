@@ -113,16 +113,16 @@ def _set_motors(robot: Any, drive: DiffDrive, parts: Parts) -> None:
 
 
 def _set_losses(robot: Any, spec: SceneSpec, drive: DiffDrive, parts: Parts) -> None:
-    """Lets viscous friction act by the velocity after a step, and dry friction hold as stiffly as contacts.
+    """Lets viscous friction act by the mean velocity of a step, and dry friction hold as stiffly as contacts.
 
-    MuJoCo's implicit damping, (M + h d) (v' - v)/h = forces, comes after contacts are solved with M alone, so that they
-    do not hold in the end: wheels slip, and the reaction tips the chassis. With h d in the armature and damping taken
-    explicitly both are solved with the same matrix.
+    MuJoCo's implicit damping comes after contacts are solved without it, so that they do not hold in the end: wheels
+    slip, and the reaction tips the chassis. With h d/2 in the armature and damping taken explicitly, `(M + h d/2) (v' -
+    v)/h = forces - d v`, contacts and friction are solved together, and friction is of second order in h.
     """
     for name, damping, dry in zip(parts.wheel_joints, drive.losses.damping, drive.losses.dry_friction, strict=True):
         joint = robot.find("joint", name)
         if damping:
-            joint.armature = drive.reflected_inertia + spec.timestep * damping
+            joint.armature = drive.reflected_inertia + spec.timestep * damping / 2
         if dry and spec.contact == "stiff":
             joint.solreffriction, joint.solimpfriction = (2 * spec.timestep, 1), _STIFF_SOLIMP
 

@@ -167,14 +167,14 @@ def _torque(
 def _loss_over(wheels: Wheels, wheel: int, speed: float, rate: float) -> float:
     """Returns what friction at a wheel's joint takes in a step [N m], where the motor does as it is told.
 
-    Both kinds act by the speed after the step. MuJoCo's dry friction gives way a little before it lets go; what it
-    gives there is `FrictionRow`'s equation solved for the force.
+    Viscous friction acts by the mean of the speeds before and after the step, dry friction by the one after it. MuJoCo's
+    gives way a little before it lets go; what it gives there is `FrictionRow`'s equation solved for the force.
     """
     plant = wheels.plant
     after = speed + wheels.h * rate / plant.radius
     dry = plant.dry_friction[wheel]
     slipped = wheels.grip[wheel] * (after - wheels.kept[wheel] * speed)
-    return plant.damping[wheel] * after + min(max(slipped, -dry), dry)
+    return plant.damping[wheel] * (speed + after) / 2 + min(max(slipped, -dry), dry)
 
 
 @compiled_inside

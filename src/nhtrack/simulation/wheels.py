@@ -23,7 +23,7 @@ def make_wheels(scene: Scene, spec: SceneSpec, dt: float) -> Wheels:
     joints = [FrictionRow.of_joint(scene.model, int(dof)) for dof in at.wheel_qvel[0]]
     given_up = row.step * row.damping
     known = spec.ground if spec.compensation == "actual" else Ground()
-    motor, felt = drive.motor, [drive.wheel_inertia + step * damping for damping in drive.losses.damping]
+    motor, felt = drive.motor, [drive.wheel_inertia + step * damping / 2 for damping in drive.losses.damping]
     return Wheels(
         dt=dt,
         h=step,

@@ -231,12 +231,12 @@ class DiffDrive(WheeledBody):
         return self.torque_gain_over(0.0)
 
     def torque_gain_over(self, step: float) -> np.ndarray:
-        """Returns the same for the mean over a time step [s] at whose end viscous friction acts.
+        """Returns the same for the mean acceleration u over a time step h [s], in whose middle viscous friction acts.
 
-        From `(S^T M S + h B^T d B) u` = B^T torque, where B takes (v, omega) to wheel speeds.
+        `(S^T M S + h/2 B^T d B) u = B^T torque`, where B takes (v, omega) to wheel speeds.
         """
         B = self.rolling_map
-        felt = self.mass_matrix + step * B.T @ np.diag(self.losses.damping) @ B
+        felt = self.mass_matrix + step / 2 * B.T @ np.diag(self.losses.damping) @ B
         gain: np.ndarray = B @ np.linalg.inv(felt)
         return gain
 
