@@ -167,8 +167,8 @@ def _torque(
 def _loss_over(wheels: Wheels, wheel: int, speed: float, rate: float) -> float:
     """Returns what friction at a wheel's joint takes in a step [N m], where the motor does as it is told.
 
-    Viscous friction acts by the mean of the speeds before and after the step, dry friction by the one after it. MuJoCo's
-    gives way a little before it lets go; what it gives there is `FrictionRow`'s equation solved for the force.
+    Viscous friction acts by the mean of the speeds before and after the step, dry friction by the one after it.
+    MuJoCo's gives way a little before it lets go; what it gives there is `FrictionRow`'s equation solved for the force.
     """
     plant = wheels.plant
     after = speed + wheels.h * rate / plant.radius

@@ -69,6 +69,15 @@ class WheeledBody:
         """S^T M S = [[m_eff, -m c_y], [-m c_y, J_eff]], the inertia in (v, omega)."""
         return np.array([[self.m_eff, -self.first_moment[1]], [-self.first_moment[1], self.J_eff]])
 
+    def mass_matrix_over(self, step: float) -> np.ndarray:
+        """Returns S^T M S + h/2 B^T d B, the inertia in mean accelerations over a step h [s] that starts with d w.
+
+        Viscous friction then acts by the mean of the wheel speeds w = B (v, omega) before and after the step.
+        """
+        B = self.rolling_map
+        felt: np.ndarray = self.mass_matrix + step / 2 * B.T @ np.diag(self.losses.damping) @ B
+        return felt
+
     def wheel_places(self, g: Array) -> Array:
         """Returns where the wheels (left, right) of robots at poses g, shape (..., 3), touch the floor, (..., 2, 2)."""
         xp = namespace(g)

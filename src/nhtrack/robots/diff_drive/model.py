@@ -231,13 +231,8 @@ class DiffDrive(WheeledBody):
         return self.torque_gain_over(0.0)
 
     def torque_gain_over(self, step: float) -> np.ndarray:
-        """Returns the same for the mean acceleration u over a time step h [s], in whose middle viscous friction acts.
-
-        `(S^T M S + h/2 B^T d B) u = B^T torque`, where B takes (v, omega) to wheel speeds.
-        """
-        B = self.rolling_map
-        felt = self.mass_matrix + step / 2 * B.T @ np.diag(self.losses.damping) @ B
-        gain: np.ndarray = B @ np.linalg.inv(felt)
+        """Returns the same for mean accelerations over a time step [s], see `mass_matrix_over`."""
+        gain: np.ndarray = self.rolling_map @ np.linalg.inv(self.mass_matrix_over(step))
         return gain
 
 
