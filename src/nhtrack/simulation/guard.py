@@ -7,7 +7,7 @@ differs is an error that names the quantity.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from math import inf
 
 import mujoco
@@ -84,10 +84,8 @@ def read_sound_robot(spec: SceneSpec) -> RobotModels:
 
 def _said(figure: GuardFigure) -> str:
     unit = "" if figure.unit == "1" else f" {figure.unit}"
-    return (
-        f"{figure.quantity} is {figure.found:.6g}{unit} in the scene, and {figure.expected:.6g}{unit} by the reduced model: "
-        f"{figure.cause}"
-    )
+    found, expected = f"{figure.found:.6g}{unit} in the scene", f"{figure.expected:.6g}{unit} by the reduced model"
+    return f"{figure.quantity} is {found}, and {expected}: {figure.cause}"
 
 
 def _mass(scene: Scene) -> Iterator[GuardFigure]:
