@@ -16,7 +16,7 @@ _RATES = 33  # samples of the yaw rate, in which the demand is not linear
 _HEADINGS = 32  # samples of the heading on a slope
 _BISECTIONS = 40
 _TRACTION = 0.5  # of the grip, left to either acceleration, against the lateral one
-_SPEED = 0.5  # of the wheels' speed without load, beyond which motors have little torque left
+_SPEED = 0.5  # of the largest speed that motors hold, beyond which they have little torque left
 
 
 def motion_limits(drive: DiffDrive, ground: Ground, utilisation: float, speed: float | None = None) -> Limits:
@@ -29,13 +29,15 @@ def motion_limits(drive: DiffDrive, ground: Ground, utilisation: float, speed: f
         drive: the robot's reduced model.
         ground: what it stands on; the smallest friction of its patches counts everywhere.
         utilisation: share of the friction that may be used, in (0, 1].
-        speed: largest speed [m/s]; half of what the motors reach without load by default, and where they have no such
-            speed, that at which a turn about one wheel takes friction 1, sqrt(g b).
+        speed: largest speed [m/s]; half of what the motors hold straight on by default, and where that is not limited,
+            that at which a turn about one wheel takes friction 1, sqrt(g b).
 
     Raises:
         FeasibilityError: straight on at that speed is already too much for ground or motors.
     """
     v = _usual_speed(drive) if speed is None else speed
+    if v == 0:
+        raise FeasibilityError("the wheels cannot turn: dry friction at their joints takes all of the motors' torque")
     friction = min([ground.friction, *(patch.friction for patch in ground.patches)])
     everywhere = replace(ground, friction=friction, patches=())
 
@@ -52,7 +54,7 @@ def motion_limits(drive: DiffDrive, ground: Ground, utilisation: float, speed: f
 
 
 def _usual_speed(drive: DiffDrive) -> float:
-    free = _SPEED * drive.motor.no_load_speed * drive.wheel_radius
+    free = _SPEED * drive.top_speed
     return free if isfinite(free) else sqrt(GRAVITY * drive.half_separation)
 
 
@@ -65,7 +67,7 @@ def _fits(drive: DiffDrive, ground: Ground, utilisation: float, limits: tuple[fl
     """Returns whether all motions within limits (v, omega, u_x, u_theta) keep their wheels and motors.
 
     At one yaw rate and heading, torques are linear and utilisation is quasiconvex in (v, u_x, u_theta), so the corners
-    decide; yaw rates and headings are sampled.
+    decide, of which losses at the wheel joints ask most, too; yaw rates and headings are sampled.
     """
     largest_v, largest_omega, largest_u_x, largest_u_theta = limits
     ends = np.array([-1.0, 1.0])

@@ -59,7 +59,7 @@ def _findings(effects: tuple[Effect, ...], robot: RobotSection, at: Path) -> Ite
         from nhtrack.simulation.robot_models import read_robot
         from nhtrack.simulation.spec import SceneSpec
 
-        return read_robot(SceneSpec(("robot",), robot.file, robot.hints, effects=effects)).plant
+        return read_robot(SceneSpec(("robot",), robot.file, hints=robot.hints, effects=effects)).plant
 
     if is_robot_file(robot.file) or robot.hints != Hints():
         try:

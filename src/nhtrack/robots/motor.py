@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from math import isfinite
 
@@ -51,3 +52,20 @@ class Motor:
         upper = xp.clip(self.stall_torque * (1 - line) / (1 + lag), -self.torque_limit, self.torque_limit)
         lower = xp.clip(-self.stall_torque * (1 + line) / (1 + lag), -self.torque_limit, self.torque_limit)
         return xp.minimum(xp.maximum(torque, lower), upper)
+
+    def free_speed(self, damping: float, dry_friction: float) -> float:
+        """Returns the speed w [rad/s] that the motor holds against nothing but losses, d w + c, not below zero.
+
+        `w_0 (1 - c/tau_s)/(1 + d w_0/tau_s)`, or (tau_max - c)/d where the driver does not allow that torque.
+
+        Args:
+            damping: d [N m s/rad].
+            dry_friction: c [N m].
+        """
+        stall, limit, fastest = self.stall_torque, self.torque_limit, self.no_load_speed
+        speed = fastest
+        if stall < math.inf:
+            speed *= (1 - dry_friction / stall) / (1 + damping * fastest / stall)
+        if damping * speed + dry_friction > limit:
+            speed = (limit - dry_friction) / damping if damping else 0.0
+        return max(speed, 0.0)

@@ -22,7 +22,6 @@ class SceneSpec:
     Attributes:
         robots: names, root first.
         robot: folder in models/, or path to a robot's file.
-        hints: what that cannot say itself.
         timestep: physics step [s].
         friction: sliding friction coefficient between wheels and floor.
         contact: `stiff` (contact parameters from the time step) or `default` (MuJoCo's own).
@@ -34,11 +33,11 @@ class SceneSpec:
         compensation: what the wheel torques are computed for: `nominal` (the robot as its file has it, on a level
             floor) or `actual` (what it carries and stands on as well).
         colours: each robot's place in the palette, shape n; empty where a robot's place here is its place there.
+        hints: what the robot's file cannot say itself.
     """
 
     robots: tuple[str, ...]
     robot: str = "nh_mini"
-    hints: Hints = field(default_factory=Hints)
     timestep: float = 0.001
     friction: float = 1.0
     contact: str = "stiff"
@@ -49,6 +48,7 @@ class SceneSpec:
     effects: tuple[Effect, ...] = ()
     compensation: str = "nominal"
     colours: tuple[int, ...] = ()
+    hints: Hints = field(default_factory=Hints)
 
     def to_json(self) -> str:
         """Returns the spec as one line of JSON, its effects by their keys."""

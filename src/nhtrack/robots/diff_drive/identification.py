@@ -6,6 +6,7 @@ import mujoco
 import numpy as np
 
 from nhtrack.robots.contract import Parts
+from nhtrack.robots.diff_drive.losses import WheelLosses
 from nhtrack.robots.diff_drive.model import DiffDrive
 from nhtrack.robots.motor import Motor
 
@@ -43,7 +44,12 @@ def identify(model: mujoco.MjModel, parts: Parts, motor: Motor) -> DiffDrive:
         motor=motor,
         reflected_inertia=rotor,
         products=(_product(M, root, com, 0), _product(M, root, com, 1)),
+        losses=WheelLosses(_pair(model.dof_damping[wheels]), _pair(model.dof_frictionloss[wheels])),
     )
+
+
+def _pair(values: np.ndarray) -> tuple[float, float]:
+    return float(values[0]), float(values[1])
 
 
 def _product(M: np.ndarray, root: int, com: np.ndarray, axis: int) -> float:
