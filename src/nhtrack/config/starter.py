@@ -16,8 +16,9 @@ from nhtrack.config.robot_section import RobotSection
 __all__ = ["SPEEDING", "WAVE", "Pace", "starter", "starter_with"]
 
 SPEEDING, WAVE = 2.0, 5.0  # [s] for which its leader speeds up; of a wave in which it turns
-_LAW = """# `universal` follows leaders that drive, stop, reverse and park. Wheels may use half of their friction: limits of speed,
-# yaw rate and accelerations are found from the model of the robot (`nhtrack inspect` shows them).
+_LAW = """\
+# `universal` follows leaders that drive, stop, reverse and park. Wheels may use half of their friction: the limits of
+# motion are found from the model of the robot (`nhtrack inspect` shows them).
 law: {{name: universal, field_speed: {field}, limits: {{utilisation: 0.5}}}}
 """
 

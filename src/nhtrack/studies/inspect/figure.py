@@ -32,10 +32,7 @@ _AWAY, _BEYOND = 0.20, 0.05  # [in] from the robot to a dimension line; from the
 _SHORT = 0.45  # [in] a dimension in which no words go beside the line
 _BODY, _EDGE, _WHEEL = "#EFEFEF", "#A6A6A6", "#5B6066"
 _TYRE, _CASTER = FOLLOWERS[0], FOLLOWERS[1]
-_QUARTERS = Path(
-    np.vstack([np.vstack([[[0.0, 0.0]], Path.arc(start, start + 90).vertices, [[0.0, 0.0]]]) for start in (0, 180)]),
-    np.concatenate([[Path.MOVETO, Path.LINETO, *Path.arc(0, 90).codes[1:], Path.CLOSEPOLY]] * 2),
-)
+_QUARTERS = Path.make_compound_path(Path.wedge(0, 90), Path.wedge(180, 270))
 
 
 class _Scale(NamedTuple):

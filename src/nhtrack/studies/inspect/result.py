@@ -85,6 +85,11 @@ class Inspection:
         return (*self.reading.notes, *self.remarks)
 
     @property
+    def faults(self) -> tuple[str, ...]:
+        """What the guard objects to, a sentence each: such a robot is not run."""
+        return tuple(f"{self.path}: {each}" for each in self.guard if not each.holds)
+
+    @property
     def properties(self) -> tuple[Property, ...]:
         """All numbers, part by part."""
         return (*self._geometry(), *self._masses(), *self._model(), *self._motor(), *self._limits())

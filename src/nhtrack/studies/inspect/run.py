@@ -49,4 +49,5 @@ def inspect(
         remarks.append(f"no limits of motion: {error}")
     path = found.reading.file.resolve()
     name = path.parent.name if path.name == "robot.xml" else path.stem
-    return Inspection(name, section, found.reading, examine(found), limits, friction, utilisation, tuple(remarks))
+    guard = examine(found.reading)
+    return Inspection(name, section, found.reading, guard, limits, friction, utilisation, tuple(remarks))
