@@ -101,4 +101,4 @@ def _swinging(robot: RobotModels) -> Iterator[str]:
     for figure in examine(robot.reading):
         if figure.expected > 0 and abs(figure.found / figure.expected - 1) > _SWINGING and figure.unit in ("m", "rad"):
             made = f"{figure.quantity} is {100 * figure.found / figure.expected:.0f} % of what it says"
-            yield f"casters swing, which the reduced model does not know of: the {made}, and wheels leave their ideal twin"
+            yield f"casters swing, which the reduced model does not know of: the {made}, and wheels leave their twin"
