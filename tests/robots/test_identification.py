@@ -102,6 +102,15 @@ class TestNumbers:
         assert identify_parts(model).motors == ("left_motor", "right_motor")
         assert identify(model).half_separation > 0
 
+    def test_friction_of_the_wheel_joints_is_left_then_right(self) -> None:
+        changes = (
+            ('name="left_axle"', 'name="left_axle" damping="0.1" frictionloss="0.2"'),
+            ('name="right_axle"', 'name="right_axle" damping="0.3"'),
+        )
+        losses = identify(cart(*changes)).losses
+        assert (losses.damping, losses.dry_friction) == ((0.1, 0.3), (0.2, 0.0))
+        assert not identify(cart()).losses
+
     def test_armature_counts_as_spin_of_the_wheels(self) -> None:
         axles = [
             (f'<joint name="{side}_axle"', f'<joint name="{side}_axle" armature="3e-4"') for side in SIDES
@@ -187,6 +196,14 @@ FAULTS = {
     "wheels of unequal spin": (
         [('<joint name="left_axle"', '<joint name="left_axle" armature="1e-4"')],
         "the wheels' spin inertias differ: 0.0003 and 0.0002 kg m^2",
+    ),
+    "damping that grows with the speed": (
+        [('name="left_axle"', 'name="left_axle" damping="0.1 0.02"')],
+        "joint 'left_axle': expected one damping, proportional to the speed, got 0.1 0.02 0",
+    ),
+    "a brake stronger than its motor": (
+        [('name="right_axle"', 'name="right_axle" frictionloss="1.5"')],
+        "joint 'right_axle': its frictionloss of 1.5 N m is no less than the 1 N m of its motor, which never turns it",
     ),
     "no caster": ([(CASTER, "")], "no caster: expected a sphere among the chassis' collision geoms"),
     "a caster in the air": ([("-.1 0 -.03", "-.1 0 -.02")], "no caster: expected a sphere"),

@@ -88,7 +88,7 @@ def identify(model: mujoco.MjModel, parts: Parts | None = None) -> DiffDrive:
     spin, rotor = ([float(values[d]) for d in wheels] for values in (M.diagonal(), model.dof_armature))
     if not (np.isclose(spin[0], spin[1], rtol=1e-9) and np.isclose(rotor[0], rotor[1], rtol=1e-9)):
         raise RobotError(f"the wheels' spin inertias differ: {spin[0]:.6g} and {spin[1]:.6g} kg m^2")
-    com = _in_chassis(data, chassis, data.subtree_com[chassis])
+    com, motor = _in_chassis(data, chassis, data.subtree_com[chassis]), _motor(model, parts)
     points = [_in_chassis(data, chassis, data.geom(name).xpos) for name in parts.casters]
     return DiffDrive(
         wheel_radius=radius,
@@ -98,24 +98,25 @@ def identify(model: mujoco.MjModel, parts: Parts | None = None) -> DiffDrive:
         wheel_inertia=spin[0],
         com=(float(com[0]), float(com[1]), float(com[2]) + radius),
         casters=tuple((float(point[0]), float(point[1])) for point in points),
-        motor=_motor(model, parts),
+        motor=motor,
         reflected_inertia=rotor[0],
         products=(_product(M, root, com, 0), _product(M, root, com, 1)),
-        losses=_losses(model, parts),
+        losses=_losses(model, parts, motor.torque_limit),
     )
 
 
-def _losses(model: mujoco.MjModel, parts: Parts) -> WheelLosses:
+def _losses(model: mujoco.MjModel, parts: Parts, torque: float) -> WheelLosses:
     """Returns the friction of the wheel joints, which is proportional to their speed or does not depend on it."""
-    joints = [model.joint(name) for name in parts.wheel_joints]
-    dofs = [int(joint.dofadr[0]) for joint in joints]
+    dofs = [int(model.joint(name).dofadr[0]) for name in parts.wheel_joints]
     for name, dof in zip(parts.wheel_joints, dofs, strict=True):
         if model.dof_dampingpoly[dof].any():
             given = " ".join(f"{value:g}" for value in (model.dof_damping[dof], *model.dof_dampingpoly[dof]))
             raise RobotError(f"joint {name!r}: expected one damping, proportional to the speed, got {given}")
-    left, right = dofs
-    damping, dry = model.dof_damping, model.dof_frictionloss
-    return WheelLosses((float(damping[left]), float(damping[right])), (float(dry[left]), float(dry[right])))
+        if (dry := model.dof_frictionloss[dof]) >= torque:
+            reason = f"no less than the {torque:g} N m of its motor, which never turns it"
+            raise RobotError(f"joint {name!r}: its frictionloss of {dry:g} N m is {reason}")
+    (d_left, d_right), (c_left, c_right) = model.dof_damping[dofs].tolist(), model.dof_frictionloss[dofs].tolist()
+    return WheelLosses((d_left, d_right), (c_left, c_right))
 
 
 def _product(M: np.ndarray, root: int, com: np.ndarray, axis: int) -> float:
