@@ -114,6 +114,8 @@ class TestLosses:
             (MOTOR, (0.5, 0.2), 1.6),  # the driver allows 1 N m only
             (MOTOR, (0.0, 1.5), 0.0),  # and not the 1.5 that would be needed
             (replace(MOTOR, stall_torque=float("inf")), (0.05, 0.25), 10.0),
+            (replace(MOTOR, no_load_speed=float("inf")), (0.05, 0.25), 15.0),  # 1 = 0.05 (15) + 0.25
+            (replace(MOTOR, no_load_speed=float("inf")), (0.0, 0.25), float("inf")),
         ],
     )
     def test_the_speed_that_motors_hold_against_losses_by_hand(
@@ -158,9 +160,7 @@ class TestWrenchAndTorque:
         xi, u = np.stack([v, zero, omega]), np.stack([u_x, zero, u_theta])
         inertia = np.array([[cart.mass, 0.0, -m_y], [0.0, cart.mass, m_x], [-m_y, m_x, cart.axle_inertia]])
         expected = inertia @ u - se2.ad_transpose(xi, inertia @ xi)
-        np.testing.assert_allclose(
-            np.stack(cart.ground_wrench(*at)), expected, rtol=0, atol=150 * ROUNDED_SUM
-        )
+        np.testing.assert_allclose(np.stack(cart.ground_wrench(*at)), expected, rtol=0, atol=150 * ROUNDED_SUM)
 
     @given(carts, motions)
     def test_acceleration_is_the_inverse_of_wheel_torques(self, cart: DiffDrive, at: tuple) -> None:

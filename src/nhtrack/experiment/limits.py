@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from math import pi
+from math import isfinite, pi, sqrt
 
 import numpy as np
 
@@ -29,12 +29,13 @@ def motion_limits(drive: DiffDrive, ground: Ground, utilisation: float, speed: f
         drive: the robot's reduced model.
         ground: what it stands on; the smallest friction of its patches counts everywhere.
         utilisation: share of the friction that may be used, in (0, 1].
-        speed: largest speed [m/s]; half of what the motors hold straight on by default.
+        speed: largest speed [m/s]; half of what the motors hold straight on by default, and where that is not limited,
+            that at which a turn about one wheel takes friction 1, sqrt(g b).
 
     Raises:
         FeasibilityError: straight on at that speed is already too much for ground or motors.
     """
-    v = _SPEED * drive.top_speed if speed is None else speed
+    v = _usual_speed(drive) if speed is None else speed
     if v == 0:
         raise FeasibilityError("the wheels cannot turn: dry friction at their joints takes all of the motors' torque")
     friction = min([ground.friction, *(patch.friction for patch in ground.patches)])
@@ -50,6 +51,11 @@ def motion_limits(drive: DiffDrive, ground: Ground, utilisation: float, speed: f
         middle = (least + most) / 2
         least, most = (middle, most) if fits(middle) else (least, middle)
     return Limits(v, *_rates(drive, v, least))
+
+
+def _usual_speed(drive: DiffDrive) -> float:
+    free = _SPEED * drive.top_speed
+    return free if isfinite(free) else sqrt(GRAVITY * drive.half_separation)
 
 
 def _rates(drive: DiffDrive, v: float, grip: float) -> tuple[float, float, float]:

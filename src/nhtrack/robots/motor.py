@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
+from math import inf, isfinite
 
 from nhtrack.arrays import Array, namespace
 
@@ -16,9 +16,9 @@ class Motor:
     `stall_torque (1 - speed / no_load_speed)`.
 
     Attributes:
-        torque_limit: largest torque the driver allows [N m].
+        torque_limit: largest torque the driver allows [N m]; infinite for none.
         stall_torque: torque at standstill at rated voltage [N m].
-        no_load_speed: wheel speed at which the motor gives no torque [rad/s].
+        no_load_speed: wheel speed at which the motor gives no torque [rad/s]; infinite for a motor without a line.
     """
 
     torque_limit: float
@@ -29,6 +29,11 @@ class Motor:
         for name in ("torque_limit", "stall_torque", "no_load_speed"):
             if not getattr(self, name) > 0:
                 raise ValueError(f"{name}: expected a positive number, got {getattr(self, name)}")
+
+    @property
+    def slope(self) -> float:
+        """Torque that the motor's line loses for each unit of speed, 0 where it has no line [N m s]."""
+        return self.stall_torque / self.no_load_speed if isfinite(self.no_load_speed) else 0.0
 
     def saturate(self, torque: Array, wheel_speed: Array, lag: Array | float = 0.0) -> Array:
         """Returns the torque [N m] the motor delivers where `torque` is asked for at `wheel_speed` [rad/s].
@@ -56,10 +61,9 @@ class Motor:
             damping: d [N m s/rad].
             dry_friction: c [N m].
         """
-        stall, limit, fastest = self.stall_torque, self.torque_limit, self.no_load_speed
-        speed = fastest
-        if stall < math.inf:
-            speed *= (1 - dry_friction / stall) / (1 + damping * fastest / stall)
-        if damping * speed + dry_friction > limit:
-            speed = (limit - dry_friction) / damping if damping else 0.0
-        return max(speed, 0.0)
+        stall, limit, speed = self.stall_torque, self.torque_limit, self.no_load_speed
+        if max(stall, speed) < inf:
+            speed *= (1 - dry_friction / stall) / (1 + damping * speed / stall)
+        if damping > 0:
+            speed = min(speed, (limit - dry_friction) / damping)
+        return max(speed, 0.0) if dry_friction < limit else 0.0

@@ -37,9 +37,7 @@ class FrictionRow:
         step, impedance = float(model.opt.timestep), float(model.geom_solimp[tyre, 1])
         timeconst = max(float(model.geom_solref[tyre, 0]), 2 * step)
         inverse = float(model.body_invweight0[model.geom_bodyid[tyre], 0])
-        return cls(
-            step, 2 / (impedance * timeconst), (1 - impedance) / impedance * inverse / float(model.opt.impratio)
-        )
+        return cls(step, 2 / (impedance * timeconst), (1 - impedance) / impedance * inverse / float(model.opt.impratio))
 
     @classmethod
     def of_joint(cls, model: mujoco.MjModel, dof: int) -> FrictionRow:

@@ -136,9 +136,7 @@ def gravity_at(floor: Floor, theta: float) -> tuple[float, float]:
 
 
 @compiled_inside
-def demand_of(
-    plant: Plant, floor: Floor, theta: float, v: float, omega: float, u_x: float, u_theta: float
-) -> Demand:
+def demand_of(plant: Plant, floor: Floor, theta: float, v: float, omega: float, u_x: float, u_theta: float) -> Demand:
     """Returns what a motion without slip asks for; see `DiffDrive.wheel_torques`, `wheel_loads`, `friction_demand`."""
     gravity_x, gravity_y = gravity_at(floor, theta)
     square, ahead, aside = omega * omega, u_x - gravity_x, omega * v - gravity_y

@@ -34,7 +34,7 @@ def make_wheels(scene: Scene, spec: SceneSpec, dt: float) -> Wheels:
         after_share=-1 / given_up,
         force_share=-row.step * row.regularisation / given_up,
         straddling=0.5,
-        lag=_pair(step * motor.stall_torque / (inertia * motor.no_load_speed) for inertia in felt),
+        lag=_pair(step * motor.slope / inertia for inertia in felt),
         mobility=_pair(step / inertia for inertia in felt),
         grip=_pair(1 / (joint.step * joint.regularisation) for joint in joints),
         kept=_pair(1 - joint.step * joint.damping for joint in joints),

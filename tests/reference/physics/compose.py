@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from nhtrack import assets
 from nhtrack.mjcf import read_mjcf
-from nhtrack.robots.diff_drive.identification import Parts
+from nhtrack.robots.contract import Parts
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -34,9 +34,7 @@ def turning_slip(bench: Bench) -> Iterator[Finding]:
         tyres = scene.addresses.tyres.ravel()
         scene.model.geom_solref[tyres] = solref
         simulation = bench.simulation(dt=0.01, scene=scene)
-        run = drive_open_loop(
-            simulation, np.zeros((30, 1, 2)), state_of(((0, 0, 0), (v, omega))), ("lateral_slip",)
-        )
+        run = drive_open_loop(simulation, np.zeros((30, 1, 2)), state_of(((0, 0, 0), (v, omega))), ("lateral_slip",))
         rate = run.xi[-1, 0, 0] * run.xi[-1, 0, 2]
         expected = -rate * (1 / FrictionRow.of(scene.model, int(tyres[0])).damping - scene.spec.timestep / 2)
         worst = max(worst, abs(run.telemetry["lateral_slip"][-1, 0] / expected - 1))
@@ -77,9 +75,7 @@ def ice(bench: Bench) -> Iterator[Finding]:
     weave, duration = weave_within(bench.drive, 0.5), 3.0
     inputs = 2 * weave(middles(duration, 0.01))[:, None]
     with_it, without = (
-        drive_open_loop(
-            bench.simulation(dt=0.01, friction=0.0, rate_correction=on), inputs, AT_REST, ("wheel_speed",)
-        )
+        drive_open_loop(bench.simulation(dt=0.01, friction=0.0, rate_correction=on), inputs, AT_REST, ("wheel_speed",))
         for on in (True, False)
     )
     least = _LEAST_FRICTION * GRAVITY * duration**2 / 2
