@@ -45,7 +45,7 @@ def boxes(rows: list[list[str]]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 def test_the_base_is_its_parts_and_the_arm_s_foot(model: mujoco.MjModel) -> None:
     mass, at, size = boxes(readme_table("waffle", "Inertia of the base"))
     com, inertia = of_boxes(mass, at, size)
-    foot = np.array([-0.092, 0.0, 0.101]) + (3.0876154e-04, 0.0, -1.2176461e-04)
+    foot = np.array([-0.092 + 3.0876154e-04, 0.0, 0.101 - 1.2176461e-04])
     own = np.array([[1.2505234e-05, 0, -1.7855208e-07], [0, 2.1898364e-05, 0], [-1.7855208e-07, 0, 1.9267361e-05]])
     masses = np.array([mass.sum(), 0.079119962])
     com, inertia = of_parts(masses, np.array([com, foot]), np.array([inertia, own]))
