@@ -62,7 +62,12 @@ def faults_of(text: str, **options: Any) -> list[str]:
 
 def test_defaults_fill_what_a_file_leaves_out() -> None:
     scenario = load_text(MINIMAL)
-    assert (scenario.backend, scenario.robot, scenario.seed, scenario.control_rate) == ("mujoco", "nh_mini", 0, 100)
+    assert (scenario.backend, scenario.robot.file, scenario.seed, scenario.control_rate) == (
+        "mujoco",
+        "nh_mini",
+        0,
+        100,
+    )
     assert (scenario.similarity.length, scenario.similarity.time) == (1, 1)
     assert scenario.physics.contact.model == "stiff"
     assert scenario.physics.contact.rate_correction
@@ -256,7 +261,7 @@ def test_a_bad_csv_is_a_fault_of_the_key(tmp_path: Path, text: str, message: str
 def test_a_robot_file_is_found_beside_the_scenario(tmp_path: Path) -> None:
     (tmp_path / "mine.xml").write_text(assets.find_robot("nh_mini").read_text())
     scenario = load_text(MINIMAL + "robot: mine.xml\n", directory=tmp_path)
-    assert scenario.robot == str(tmp_path / "mine.xml")
+    assert scenario.robot.file == str(tmp_path / "mine.xml")
     assert load_tree(scenario.model_dump(mode="json")) == scenario
 
 

@@ -67,9 +67,7 @@ class TestNumbers:
 
     def test_the_motors_limit_is_at_the_wheel(self) -> None:
         motor = identify(cart()).motor
-        assert (motor.torque_limit, motor.stall_torque, motor.no_load_speed) == pytest.approx(
-            (1, 2, 10), rel=HAND
-        )
+        assert (motor.torque_limit, motor.stall_torque, motor.no_load_speed) == pytest.approx((1, 2, 10), rel=HAND)
 
     def test_the_parts_by_name(self) -> None:
         parts = identify_parts(cart())
@@ -103,9 +101,7 @@ class TestNumbers:
         assert identify(model).half_separation > 0
 
     def test_armature_counts_as_spin_of_the_wheels(self) -> None:
-        axles = [
-            (f'<joint name="{side}_axle"', f'<joint name="{side}_axle" armature="3e-4"') for side in SIDES
-        ]
+        axles = [(f'<joint name="{side}_axle"', f'<joint name="{side}_axle" armature="3e-4"') for side in SIDES]
         assert identify(cart(*axles)).wheel_inertia == pytest.approx(5e-4, rel=HAND)
 
 
@@ -135,10 +131,7 @@ FAULTS = {
     "one wheel": ([(RIGHT_MOTOR, "")], "found 1 among the actuators: left_motor"),
     "no actuators": ([(LEFT_MOTOR, ""), (RIGHT_MOTOR, "")], "found 0 among the actuators: none"),
     "unnamed position actuators": (
-        [
-            (motor, f'<position joint="{side}_axle"/>')
-            for side, motor in (("left", LEFT_MOTOR), ("right", RIGHT_MOTOR))
-        ],
+        [(motor, f'<position joint="{side}_axle"/>') for side, motor in (("left", LEFT_MOTOR), ("right", RIGHT_MOTOR))],
         "expected two driven wheels (torque motors on hinge joints with axis 0 1 0), "
         "found 0 among the actuators: #0, #1",
     ),

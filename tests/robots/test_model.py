@@ -79,9 +79,7 @@ class TestWrenchAndTorque:
         xi, u = np.stack([v, zero, omega]), np.stack([u_x, zero, u_theta])
         inertia = np.array([[cart.mass, 0.0, -m_y], [0.0, cart.mass, m_x], [-m_y, m_x, cart.axle_inertia]])
         expected = inertia @ u - se2.ad_transpose(xi, inertia @ xi)
-        np.testing.assert_allclose(
-            np.stack(cart.ground_wrench(*at)), expected, rtol=0, atol=150 * ROUNDED_SUM
-        )
+        np.testing.assert_allclose(np.stack(cart.ground_wrench(*at)), expected, rtol=0, atol=150 * ROUNDED_SUM)
 
     @given(carts, motions)
     def test_acceleration_is_the_inverse_of_wheel_torques(self, cart: DiffDrive, at: tuple) -> None:

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from nhtrack import assets
-from nhtrack.robots.diff_drive import DiffDrive, identify
+from nhtrack.robots.diff_drive import DiffDrive
+from nhtrack.simulation.robot_models import load_robot
 from papers import numbers, of_boxes, readme_table
 
 FOLDER = assets.find_robot("warehouse").parent
@@ -34,8 +35,8 @@ def model() -> mujoco.MjModel:
 
 
 @pytest.fixture(scope="module")
-def drive(model: mujoco.MjModel) -> DiffDrive:
-    return identify(model)
+def drive() -> DiffDrive:
+    return load_robot("warehouse").model
 
 
 # reading the README ---------------------------------------------------------------------------------------------------

@@ -22,7 +22,7 @@ from nhtrack.errors import FeasibilityError, ScenarioError
 from nhtrack.experiment.build import build
 from nhtrack.experiment.load import load_text
 from nhtrack.ground import Ground
-from nhtrack.robots.diff_drive import DiffDrive, identify
+from nhtrack.robots.diff_drive import DiffDrive
 from nhtrack.simulation.ideal import IdealSimulation
 from nhtrack.simulation.robot_models import load_robot
 from nhtrack.studies.feasibility.result import Feasibility
@@ -44,7 +44,7 @@ law: {name: published, kp: 4, kd: 6, ke: 1, k: 5, dead_zone: {length: 0, speed: 
 
 @pytest.fixture(scope="module")
 def drive() -> DiffDrive:
-    return identify(load_robot("nh_mini"))
+    return load_robot("nh_mini").model
 
 
 def case(*overrides: str) -> Scenario:
@@ -226,8 +226,7 @@ def test_auto_takes_what_there_is_and_no_more(drive: DiffDrive, overrides: tuple
 
 def test_a_larger_margin_asks_for_less_time(drive: DiffDrive) -> None:
     times = [
-        fitting_time(case("physics.friction=0.2", f"similarity.friction_margin={margin}"))
-        for margin in (0.35, 0.7)
+        fitting_time(case("physics.friction=0.2", f"similarity.friction_margin={margin}")) for margin in (0.35, 0.7)
     ]
     assert times[0] / times[1] == pytest.approx(math.sqrt(2), rel=0.02)
 
@@ -335,7 +334,7 @@ def test_a_patch_counts_where_and_when_robots_are_on_it() -> None:
 def predicted(*overrides: str) -> tuple[str, ...]:
     scenario = case(*overrides)
     experiment = build(scenario)
-    drive = identify(load_robot(scenario.robot))
+    drive = load_robot(scenario.robot.file).model
     return predictions(scenario, experiment, ideal_motion(experiment)[0], drive)
 
 
@@ -397,7 +396,7 @@ def test_what_does_not_fit_is_told_by_its_worst_limit() -> None:
 
 def test_without_wheels_robots_move_the_same() -> None:
     experiment = build(case("similarity.time=2"))
-    drive = identify(load_robot("nh_mini"))
+    drive = load_robot("nh_mini").model
     twins = [IdealSimulation(("leader", "follower"), wheels, 0.01) for wheels in (None, drive)]
     states = [twin.reset(experiment.start) for twin in twins]
     for k in range(20):

@@ -80,7 +80,7 @@ def test_a_run_reads_its_robot_once(monkeypatch: pytest.MonkeyPatch) -> None:
     """Whatever asks for it: the time scale, the law's limits, the twin, the scene."""
     read: list[str] = []
     load_robot = robot_models.load_robot
-    monkeypatch.setattr(robot_models, "load_robot", lambda robot: read.append(robot) or load_robot(robot))
+    monkeypatch.setattr(robot_models, "load_robot", lambda robot, hints: read.append(robot) or load_robot(robot, hints))
     outcome = simulate(load("tour/universal", ["duration=2", "similarity.time=auto"]))
     assert outcome.failure is None
     assert read == ["nh_mini"]

@@ -19,7 +19,6 @@ from nhtrack.experiment.build import make_law
 from nhtrack.experiment.load import load, load_text
 from nhtrack.experiment.loop import Rollout
 from nhtrack.ground import Ground
-from nhtrack.robots.diff_drive import identify
 from nhtrack.similarity import Similarity
 from nhtrack.simulation.robot_models import load_robot
 from nhtrack.studies.run.run import simulate
@@ -96,7 +95,7 @@ def test_figures_of_a_batch_are_those_of_the_summary() -> None:
     told = summary(recording)
     names = ("pose", "error", "twist", "input")
     batch = {name: np.stack([recording[name].values] * 2, axis=1) for name in names}
-    drive = identify(load_robot("nh_mini"))
+    drive = load_robot("nh_mini").model
     figures = figures_of(Rollout(recording.time, batch, None), limits_of(recording), [0, 1], drive, Ground(), 0.7)
     follower, robots = told["followers"]["follower"], told["robots"]
     assert figures.late_position[0] * max(

@@ -6,9 +6,10 @@ place do not scale. So, for every wheel and instant, with what is asked for at r
 
     friction   |D_0 + s^2 D| <= mu_m (N_0 + s^2 N)       D: force on the floor, N: load
     speed      |w| s <= w_0                              w: wheel speed, w_0: no-load speed
-    torque     |tau_0 + s^2 tau| <= tau_max              and, on the motor's line, either sign
-               +-(tau_0 + s^2 tau) <= tau_s (1 -+ s w/w_0)   tau_s: stall torque
+    torque     |tau_0 + s d w + s^2 tau| <= tau_max      and, on the motor's line, either sign
+               +-(tau_0 + s d w + s^2 tau) <= tau_s (1 -+ s w/w_0)   tau_s: stall torque
 
+where viscous friction of the wheel joints, d w, grows with s, and their dry friction, which does not, is in tau_0;
 with mu_m the margin times the friction coefficient. Each of these holds up to one largest s, the root of a quadratic;
 the smallest of them over wheels and instants is the factor by which the motion may be sped up.
 """
@@ -75,14 +76,18 @@ def _torque_factor(motion: IdealMotion, drive: DiffDrive, ground: Ground, speed:
     """Returns the largest s at which every motor gives what it is asked for, shape (k, ..., n, 2)."""
     motor, gravity = drive.motor, ground.gravity_at(motion.g[..., 2])
     at_rest = drive.wheel_torques(*motion.at_rest, gravity)
-    torque = drive.wheel_torques(*motion.rates, gravity) - at_rest
+    viscous = drive.losses.viscous(speed)
+    dry = drive.losses.dry(speed, drive.wheel_speeds(motion.u_x, motion.u_theta))
+    torque = drive.wheel_torques(*motion.rates, gravity) - at_rest - viscous - dry
+    at_rest = at_rest + dry
     back_voltage = motor.stall_torque * speed / motor.no_load_speed
     factors = [
-        _crossing(sign * torque, slope, sign * at_rest - limit)
+        _crossing(sign * torque, slope + sign * viscous, sign * at_rest - limit)
         for sign in (1, -1)
         for slope, limit in ((0.0 * speed, motor.torque_limit), (sign * back_voltage, motor.stall_torque))
     ]
-    idle = (torque == 0) & (at_rest == 0)  # a motor that is asked for nothing is limited by its speed alone
+    # A motor that is asked for nothing is limited by its speed alone.
+    idle = (torque == 0) & (at_rest == 0) & (viscous == 0)
     return np.where(idle, np.inf, np.min(factors, axis=0))
 
 

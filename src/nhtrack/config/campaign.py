@@ -17,6 +17,7 @@ from nhtrack.config.checks import Checks, Clock, clock_findings, input_findings
 from nhtrack.config.families import FAMILIES, RANDOM
 from nhtrack.config.law_sections import Law
 from nhtrack.config.physics import Physics
+from nhtrack.config.robot_section import RobotChoice, RobotSection
 from nhtrack.config.similarity_section import SimilaritySection
 from nhtrack.config.tree import lookup
 from nhtrack.config.values import Backend, Name, PlanarTwist, RunName
@@ -112,8 +113,9 @@ class Campaign(Section):
     backend: Backend = Field(
         default="ideal", description="`ideal`: the integrator the theory speaks of; `mujoco`: wheels and friction"
     )
-    robot: str = Field(
-        default="nh_mini", min_length=1, description="a bundled robot, or an MJCF file relative to the campaign's file"
+    robot: RobotChoice = Field(
+        default=RobotSection(file="nh_mini"),
+        description="a bundled robot, a robot's file relative to the campaign's, or a section that says more of it",
     )
     physics: Physics = Field(default=Physics(), description="how MuJoCo steps")
     control_rate: float = Field(default=100.0, gt=0, description="control periods per second on the robot's clock [Hz]")

@@ -10,10 +10,10 @@ from typing import Any, Literal, TypeAlias, TypedDict
 
 from ruamel.yaml.error import YAMLError
 
-from nhtrack.config.checks import is_robot_file
 from nhtrack.config.law_sections import LawSection
 from nhtrack.config.tree import Path, dotted, lookup, parse_path, plain_value
 from nhtrack.errors import Fault, ScenarioError
+from nhtrack.robots.contract import is_robot_file
 
 # A law by its name, by its Python file, or written out with its gains, as a mapping or in YAML.
 LawChoice: TypeAlias = str | FilePath | Mapping[str, Any] | LawSection
@@ -137,7 +137,10 @@ def _meant(path: Path, value: Any, tree: Any) -> Any:
         return own if isinstance(own, dict) and own.get("name") == value else {"name": value}
     if path == ("law",) and isinstance(value, dict) and isinstance(value.get("file"), str):
         return {**value, "file": _from_here(value["file"])}
-    if path == ("law", "file") or (path == ("robot",) and isinstance(value, str) and is_robot_file(value)):
+    if path == ("robot",) and isinstance(value, dict) and is_robot_file(str(value.get("file", ""))):
+        return {**value, "file": _from_here(value["file"])}
+    names_robot = path in (("robot",), ("robot", "file")) and isinstance(value, str) and is_robot_file(value)
+    if path == ("law", "file") or names_robot:
         return _from_here(value)
     return value
 

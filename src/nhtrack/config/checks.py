@@ -180,11 +180,6 @@ def _names(value: Any) -> tuple[str, ...]:
     return tuple(value) if readable else ()
 
 
-def is_robot_file(robot: str) -> bool:
-    """Returns whether a scenario's `robot` is a path to an MJCF file rather than a bundled name."""
-    return robot.endswith(".xml")
-
-
 def input_findings(given: Any, clock: Clock, at: Path) -> Iterator[Finding]:
     """Yields faults of an input on the control grid.
 

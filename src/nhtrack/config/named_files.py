@@ -7,9 +7,10 @@ from pathlib import Path as FilePath
 from typing import Any
 
 from nhtrack import assets
-from nhtrack.config.checks import INPUT, is_robot_file
+from nhtrack.config.checks import INPUT
 from nhtrack.config.tree import lookup
 from nhtrack.references import input_kind
+from nhtrack.robots.contract import is_robot_file
 from nhtrack.section import Finding
 
 
@@ -17,10 +18,8 @@ def with_named_files(tree: Any, directory: FilePath, problems: list[Finding]) ->
     """Returns the tree with the files it names found: robot and law by full paths, those of the input read."""
     if not isinstance(tree, dict):
         return tree
-    resolved = {**tree, **_law_files(tree, directory)}
-    robot, given = tree.get("robot"), lookup(tree, INPUT)
-    if isinstance(robot, str) and robot not in assets.robots() and is_robot_file(robot):
-        resolved["robot"] = str((directory / robot).resolve())
+    resolved = {**tree, **_law_files(tree, directory), **_robot_file(tree, directory)}
+    given = lookup(tree, INPUT)
     if isinstance(given, dict):
         kind = input_kind(given)
         try:
@@ -28,6 +27,16 @@ def with_named_files(tree: Any, directory: FilePath, problems: list[Finding]) ->
         except ValueError as error:
             problems.append(((*INPUT, kind.key), str(error)))
     return resolved
+
+
+def _robot_file(tree: Mapping[str, Any], directory: FilePath) -> dict[str, Any]:
+    """Returns the robot of a tree with the full path of its file, where it is one of the user's own."""
+    robot = tree.get("robot")
+    file = robot.get("file") if isinstance(robot, dict) else robot
+    if not isinstance(file, str) or file in assets.robots() or not is_robot_file(file):
+        return {}
+    found = str((directory / file).resolve())
+    return {"robot": {**robot, "file": found} if isinstance(robot, dict) else found}
 
 
 def _law_files(tree: Mapping[str, Any], directory: FilePath) -> dict[str, Any]:

@@ -16,6 +16,7 @@ from pydantic import Field
 
 from nhtrack.config.law_sections import Law
 from nhtrack.config.physics import Physics
+from nhtrack.config.robot_section import RobotChoice, RobotSection
 from nhtrack.config.robots import FollowerSection, LeaderSection
 from nhtrack.config.similarity_section import SimilaritySection
 from nhtrack.config.values import Backend, RunName
@@ -48,10 +49,9 @@ class Scenario(Section):
         default="mujoco",
         description="`mujoco`: wheels, friction, motors; `ideal`: the integrator the theory speaks of",
     )
-    robot: str = Field(
-        default="nh_mini",
-        min_length=1,
-        description="a bundled robot, or an MJCF file relative to the scenario file",
+    robot: RobotChoice = Field(
+        default=RobotSection(file="nh_mini"),
+        description="a bundled robot, a robot's file relative to the scenario file, or a section that says more of it",
     )
     physics: Physics = Field(default=Physics(), description="how MuJoCo steps")
     control_rate: float = Field(default=100.0, gt=0, description="control periods per second on the robot's clock [Hz]")

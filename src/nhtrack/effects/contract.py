@@ -16,8 +16,8 @@ from nhtrack.ground import Ground
 from nhtrack.section import Finding
 
 if TYPE_CHECKING:  # what reads robots imports MuJoCo, which takes a while, and files are read without it
+    from nhtrack.robots.contract import Parts
     from nhtrack.robots.diff_drive import DiffDrive
-    from nhtrack.robots.diff_drive.identification import Parts
 
 
 class Setting(NamedTuple):

@@ -13,8 +13,8 @@ from nhtrack.effects.contract import Effect, Setting
 from nhtrack.section import Finding, Point, Section, values_of
 
 if TYPE_CHECKING:
+    from nhtrack.robots.contract import Parts
     from nhtrack.robots.diff_drive import DiffDrive
-    from nhtrack.robots.diff_drive.identification import Parts
 
 Edge: TypeAlias = Annotated[float, Field(ge=0)]
 Edges: TypeAlias = Annotated[tuple[Edge, Edge, Edge], Field(strict=False), values_of("x", "y", "z")]

@@ -10,8 +10,8 @@ from pydantic import Field
 from nhtrack.effects.contract import Effect
 
 if TYPE_CHECKING:
+    from nhtrack.robots.contract import Parts
     from nhtrack.robots.diff_drive import DiffDrive
-    from nhtrack.robots.diff_drive.identification import Parts
 
 
 @dataclass(frozen=True)

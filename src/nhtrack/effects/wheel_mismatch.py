@@ -13,8 +13,8 @@ from nhtrack.effects.contract import Effect, Setting
 from nhtrack.section import Finding
 
 if TYPE_CHECKING:
+    from nhtrack.robots.contract import Parts
     from nhtrack.robots.diff_drive import DiffDrive
-    from nhtrack.robots.diff_drive.identification import Parts
 
 
 @dataclass(frozen=True)

@@ -124,7 +124,8 @@ def make_scene_spec(scenario: Scenario) -> SceneSpec:
     physics, length = scenario.physics, scenario.similarity.length
     return SceneSpec(
         robots=tuple(scenario.parents),
-        robot=scenario.robot,
+        robot=scenario.robot.file,
+        hints=scenario.robot.hints,
         timestep=physics.timestep,
         friction=physics.friction,
         contact=physics.contact.model,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from math import pi
+from math import isfinite, pi, sqrt
 
 import numpy as np
 
@@ -16,7 +16,7 @@ _RATES = 33  # samples of the yaw rate, in which the demand is not linear
 _HEADINGS = 32  # samples of the heading on a slope
 _BISECTIONS = 40
 _TRACTION = 0.5  # of the grip, left to either acceleration, against the lateral one
-_SPEED = 0.5  # of the wheels' speed without load, beyond which motors have little torque left
+_SPEED = 0.5  # of the largest speed that motors hold, beyond which they have little torque left
 
 
 def motion_limits(drive: DiffDrive, ground: Ground, utilisation: float, speed: float | None = None) -> Limits:
@@ -29,12 +29,15 @@ def motion_limits(drive: DiffDrive, ground: Ground, utilisation: float, speed: f
         drive: the robot's reduced model.
         ground: what it stands on; the smallest friction of its patches counts everywhere.
         utilisation: share of the friction that may be used, in (0, 1].
-        speed: largest speed [m/s]; half of what the motors reach without load by default.
+        speed: largest speed [m/s]; half of what the motors hold straight on by default, and where that is not limited,
+            that at which a turn about one wheel takes friction 1, sqrt(g b).
 
     Raises:
         FeasibilityError: straight on at that speed is already too much for ground or motors.
     """
-    v = _SPEED * drive.motor.no_load_speed * drive.wheel_radius if speed is None else speed
+    v = _usual_speed(drive) if speed is None else speed
+    if v == 0:
+        raise FeasibilityError("the wheels cannot turn: dry friction at their joints takes all of the motors' torque")
     friction = min([ground.friction, *(patch.friction for patch in ground.patches)])
     everywhere = replace(ground, friction=friction, patches=())
 
@@ -50,6 +53,11 @@ def motion_limits(drive: DiffDrive, ground: Ground, utilisation: float, speed: f
     return Limits(v, *_rates(drive, v, least))
 
 
+def _usual_speed(drive: DiffDrive) -> float:
+    free = _SPEED * drive.top_speed
+    return free if isfinite(free) else sqrt(GRAVITY * drive.half_separation)
+
+
 def _rates(drive: DiffDrive, v: float, grip: float) -> tuple[float, float, float]:
     """Returns the largest yaw rate, acceleration and yaw acceleration of a grip."""
     return grip / v, _TRACTION * grip, _TRACTION * grip / drive.half_separation
@@ -59,7 +67,7 @@ def _fits(drive: DiffDrive, ground: Ground, utilisation: float, limits: tuple[fl
     """Returns whether all motions within limits (v, omega, u_x, u_theta) keep their wheels and motors.
 
     At one yaw rate and heading, torques are linear and utilisation is quasiconvex in (v, u_x, u_theta), so the corners
-    decide; yaw rates and headings are sampled.
+    decide, of which losses at the wheel joints ask most, too; yaw rates and headings are sampled.
     """
     largest_v, largest_omega, largest_u_x, largest_u_theta = limits
     ends = np.array([-1.0, 1.0])

@@ -7,15 +7,16 @@ from functools import cache
 from pathlib import Path as FilePath
 from typing import TYPE_CHECKING, Any
 
-from pydantic import ValidationError
+from pydantic import TypeAdapter, ValidationError
 
 from nhtrack import assets
-from nhtrack.config.checks import is_robot_file, positive
+from nhtrack.config.checks import positive
 from nhtrack.config.physics import Physics
-from nhtrack.config.scenario import Scenario
-from nhtrack.config.tree import lookup
+from nhtrack.config.robot_section import RobotChoice, RobotSection
+from nhtrack.config.tree import Path, lookup
 from nhtrack.effects import Effect, RobotsAtRest, Setting, effects_of
 from nhtrack.errors import RobotError, did_you_mean
+from nhtrack.robots.contract import Hints, is_robot_file
 from nhtrack.section import Finding
 
 if TYPE_CHECKING:
@@ -25,20 +26,19 @@ if TYPE_CHECKING:
 
 def robot_findings(tree: Mapping[str, Any], directory: FilePath) -> Iterator[Finding]:
     """Yields why a tree's robot cannot be found, driven, or be as its physical effects have it."""
-    robot = lookup(tree, ("robot",), Scenario.model_fields["robot"].default)
-    if not isinstance(robot, str) or not robot:
-        return
-    if robot in assets.robots():
-        yield from _findings(_effects_in(tree), robot)
-    elif not is_robot_file(robot):
-        yield (
-            ("robot",),
-            f"no robot {robot!r}; {did_you_mean(robot, assets.robots())}, or a path to an .xml file",
-        )
-    elif not (directory / robot).is_file():
-        yield ("robot",), f"no MJCF file {str(directory / robot)!r}"
+    try:
+        robot = TypeAdapter(RobotChoice).validate_python(lookup(tree, ("robot",), "nh_mini"))
+    except ValidationError:
+        return  # told where the section is judged
+    at: Path = ("robot", "file") if isinstance(tree.get("robot"), Mapping) else ("robot",)
+    if robot.file in assets.robots():
+        yield from _findings(_effects_in(tree), robot, at)
+    elif not is_robot_file(robot.file):
+        yield at, f"no robot {robot.file!r}; {did_you_mean(robot.file, assets.robots())}, or the path of a robot's file"
+    elif not (directory / robot.file).exists():
+        yield at, f"no robot file {str(directory / robot.file)!r}"
     else:
-        yield from _findings(_effects_in(tree), str(directory / robot))
+        yield from _findings(_effects_in(tree), robot.model_copy(update={"file": str(directory / robot.file)}), at)
 
 
 def _effects_in(tree: Mapping[str, Any]) -> tuple[Effect, ...]:
@@ -50,8 +50,8 @@ def _effects_in(tree: Mapping[str, Any]) -> tuple[Effect, ...]:
     return effects_of(physics, positive(lookup(tree, ("similarity", "length"))) or 1.0)
 
 
-def _findings(effects: tuple[Effect, ...], robot: str) -> Iterator[Finding]:
-    """Yields why an MJCF file is not a differential-drive robot, and what is wrong with effects on it."""
+def _findings(effects: tuple[Effect, ...], robot: RobotSection, at: Path) -> Iterator[Finding]:
+    """Yields why a file is no robot that can be driven, each reason by itself, and what is wrong with effects on it."""
 
     @cache
     def plant() -> DiffDrive:
@@ -59,13 +59,14 @@ def _findings(effects: tuple[Effect, ...], robot: str) -> Iterator[Finding]:
         from nhtrack.simulation.robot_models import read_robot
         from nhtrack.simulation.spec import SceneSpec
 
-        return read_robot(SceneSpec(("robot",), robot, effects=effects)).plant
+        return read_robot(SceneSpec(("robot",), robot.file, hints=robot.hints, effects=effects)).plant
 
-    if is_robot_file(robot):
+    if is_robot_file(robot.file) or robot.hints != Hints():
         try:
             plant()
         except RobotError as error:
-            yield ("robot",), " ".join(str(error).split())
+            for line in str(error).splitlines():
+                yield at, line
     for effect in effects:
         try:
             found = list(effect.findings(Setting(effects, plant)))

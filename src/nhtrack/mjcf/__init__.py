@@ -8,14 +8,14 @@ from __future__ import annotations
 
 import os
 from importlib.util import find_spec
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING, Any, cast
 
 from nhtrack.mjcf import plain
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-__all__ = ["has_dm_control", "read_mjcf"]
+__all__ = ["has_dm_control", "parse_mjcf", "read_mjcf"]
 
 
 def has_dm_control() -> bool:
@@ -37,6 +37,17 @@ def read_mjcf(file: Path) -> plain.Element:
     """
     if not has_dm_control():
         return plain.from_path(file)
+    return cast("plain.Element", _dm_control_mjcf().from_path(str(file)))
+
+
+def parse_mjcf(text: str) -> plain.Element:
+    """Returns the root element of an MJCF text, as `read_mjcf` that of a file; its files have full paths."""
+    if not has_dm_control():
+        return plain.from_text(text)
+    return cast("plain.Element", _dm_control_mjcf().from_xml_string(text))
+
+
+def _dm_control_mjcf() -> Any:
     # Imported without the search for a display that its renderer would begin.
     chosen = os.environ.get("MUJOCO_GL")
     os.environ["MUJOCO_GL"] = "disable"
@@ -47,4 +58,4 @@ def read_mjcf(file: Path) -> plain.Element:
             del os.environ["MUJOCO_GL"]
         else:
             os.environ["MUJOCO_GL"] = chosen
-    return cast("plain.Element", mjcf.from_path(str(file)))
+    return mjcf

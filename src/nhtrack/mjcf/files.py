@@ -8,7 +8,7 @@ from pathlib import Path
 
 from nhtrack.errors import RobotError
 
-__all__ = ["FILES", "UNREADABLE", "read"]
+__all__ = ["FILES", "UNREADABLE", "read", "read_text"]
 
 FILES = ("file", "fileback", "filedown", "filefront", "fileleft", "fileright", "fileup")  # attributes that name one
 _FOLDERS = {"mesh": "meshdir", "skin": "meshdir", "hfield": "meshdir", "texture": "texturedir"}
@@ -25,7 +25,15 @@ def read(file: Path) -> tuple[ET.Element, dict[str, bytes]]:
         RobotError: it is no MJCF, or has elements that cannot be attached under another name.
         OSError: a file cannot be read.
     """
-    root = _parsed(file, file.parent)
+    return _with_files(_parsed(file, file.parent), file)
+
+
+def read_text(text: str) -> tuple[ET.Element, dict[str, bytes]]:
+    """Returns what `read` does, of an MJCF text whose files have full paths."""
+    return _with_files(ET.fromstring(text), Path("/"))
+
+
+def _with_files(root: ET.Element, file: Path) -> tuple[ET.Element, dict[str, bytes]]:
     found = sorted({each.tag for each in root.iter()} & set(UNREADABLE))
     if found:
         raise RobotError(

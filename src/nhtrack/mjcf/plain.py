@@ -12,12 +12,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from nhtrack.mjcf.attach import attached
-from nhtrack.mjcf.files import read
+from nhtrack.mjcf.files import read, read_text
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-__all__ = ["Element", "Root", "from_path"]
+__all__ = ["Element", "Root", "from_path", "from_text"]
 
 # Elements whose children are asked for by their tag, and made where there are none; all of them, or some.
 _PARENTS: dict[str, frozenset[str] | None] = {
@@ -42,6 +42,11 @@ def from_path(file: Path) -> Root:
         OSError: the file, or one that it speaks of, cannot be read.
     """
     return Root(*read(file))
+
+
+def from_text(text: str) -> Root:
+    """Returns the root element of an MJCF text, whose files have full paths; raises as `from_path`."""
+    return Root(*read_text(text))
 
 
 class Element:

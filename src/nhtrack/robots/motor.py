@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
+from math import isfinite
 
 from nhtrack.arrays import Array, namespace
 
@@ -15,9 +17,9 @@ class Motor:
     `stall_torque (1 - speed / no_load_speed)`.
 
     Attributes:
-        torque_limit: largest torque the driver allows [N m].
+        torque_limit: largest torque the driver allows [N m]; infinite for none.
         stall_torque: torque at standstill at rated voltage [N m].
-        no_load_speed: wheel speed at which the motor gives no torque [rad/s].
+        no_load_speed: wheel speed at which the motor gives no torque [rad/s]; infinite for a motor without a line.
     """
 
     torque_limit: float
@@ -28,6 +30,11 @@ class Motor:
         for name in ("torque_limit", "stall_torque", "no_load_speed"):
             if not getattr(self, name) > 0:
                 raise ValueError(f"{name}: expected a positive number, got {getattr(self, name)}")
+
+    @property
+    def slope(self) -> float:
+        """Torque that the motor's line loses for each unit of speed, 0 where it has no line [N m s]."""
+        return self.stall_torque / self.no_load_speed if isfinite(self.no_load_speed) else 0.0
 
     def saturate(self, torque: Array, wheel_speed: Array, lag: Array | float = 0.0) -> Array:
         """Returns the torque [N m] the motor delivers where `torque` is asked for at `wheel_speed` [rad/s].
@@ -45,3 +52,20 @@ class Motor:
         upper = xp.clip(self.stall_torque * (1 - line) / (1 + lag), -self.torque_limit, self.torque_limit)
         lower = xp.clip(-self.stall_torque * (1 + line) / (1 + lag), -self.torque_limit, self.torque_limit)
         return xp.minimum(xp.maximum(torque, lower), upper)
+
+    def free_speed(self, damping: float, dry_friction: float) -> float:
+        """Returns the speed w [rad/s] that the motor holds against nothing but losses, d w + c, not below zero.
+
+        `w_0 (1 - c/tau_s)/(1 + d w_0/tau_s)`, or (tau_max - c)/d where the driver does not allow that torque.
+
+        Args:
+            damping: d [N m s/rad].
+            dry_friction: c [N m].
+        """
+        stall, limit, fastest = self.stall_torque, self.torque_limit, self.no_load_speed
+        speed = fastest
+        if stall < math.inf:
+            speed *= (1 - dry_friction / stall) / (1 + damping * fastest / stall)
+        if damping * speed + dry_friction > limit:
+            speed = (limit - dry_friction) / damping if damping else 0.0
+        return max(speed, 0.0)

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
 
 from nhtrack import assets
 from nhtrack.colours import rgb
-from nhtrack.mjcf import read_mjcf
+from nhtrack.mjcf import parse_mjcf, read_mjcf
+from nhtrack.robots.contract import Parts
 from nhtrack.robots.diff_drive import DiffDrive
-from nhtrack.robots.diff_drive.identification import Parts
+from nhtrack.robots.diff_drive.losses import WheelLosses
 from nhtrack.simulation.fleet import ROBOT, Blueprint, Robot, make_blueprint
 from nhtrack.simulation.robot_models import RobotModels
 from nhtrack.simulation.spec import SceneSpec
@@ -31,7 +33,7 @@ def compose_scene(spec: SceneSpec, robot: RobotModels, *, share_materials: bool 
     """
     arena = read_mjcf(assets.models_directory() / "arena" / "scene.xml")
     arena.compiler.remove()  # how a robot's file is read is the robot's to say; the arena has no angles
-    _set_options(arena, spec)
+    _set_options(arena, spec, robot.drive.losses)
     for effect in spec.effects:
         effect.edit_arena(arena, spec.ground)
     if spec.bodies:
@@ -46,10 +48,11 @@ def compose_scene(spec: SceneSpec, robot: RobotModels, *, share_materials: bool 
 
 def _add_robot(arena: Any, spec: SceneSpec, robot: RobotModels) -> None:
     """Adds the one robot that stands for all."""
-    element = read_mjcf(robot.file)
+    element = parse_mjcf(robot.reading.mjcf)
     element.model = ROBOT
     _set_contacts(element, spec, robot.parts)
     _set_motors(element, robot.drive, robot.parts)
+    _set_losses(element, spec, robot.drive, robot.parts)
     for effect in spec.effects:
         effect.edit_robot(element, robot.parts, robot.nominal)
     frame = _attach(arena, element, robot.drive, robot.parts)
@@ -66,11 +69,13 @@ def _robots(spec: SceneSpec) -> tuple[Robot, ...]:
     )
 
 
-def _set_options(arena: Any, spec: SceneSpec) -> None:
+def _set_options(arena: Any, spec: SceneSpec, losses: WheelLosses) -> None:
     option = arena.option
     option.timestep = spec.timestep
     option.gravity = spec.ground.gravity  # the plane stays level in its own frame; on a slope gravity leans
     option.integrator = "implicitfast"
+    if any(losses.damping):  # see `_set_losses`
+        option.integrator, option.flag.eulerdamp = "Euler", "disable"
     option.cone = "elliptic"  # the pyramid loses 29 % of the friction limit at 45 degrees
     option.solver = "Newton"
     option.impratio = 1  # more would shrink the creep of friction, which the rate correction makes up for anyway, and
@@ -91,10 +96,10 @@ def _set_contacts(robot: Any, spec: SceneSpec, parts: Parts) -> None:
         geom.contype, geom.conaffinity = (2, 3) if spec.robot_contact else (0, 1)
         if spec.contact == "stiff" and name in (*parts.tyres, *parts.casters):
             geom.solref, geom.solimp = (2 * spec.timestep, 1), _STIFF_SOLIMP
-    for name in parts.tyres:
+    for name in (*parts.tyres, *parts.rolling_casters):
         geom = robot.find("geom", name)
         geom.friction, geom.condim, geom.priority = (spec.ground.friction, 0.005, 0.0001), 3, 1
-    for name in parts.casters:
+    for name in set(parts.casters) - set(parts.rolling_casters):
         geom = robot.find("geom", name)
         geom.condim, geom.priority = 1, 1
 
@@ -103,20 +108,28 @@ def _set_motors(robot: Any, drive: DiffDrive, parts: Parts) -> None:
     """Makes motors take torques at the wheel, up to their limit."""
     for name in parts.motors:
         motor = robot.find("actuator", name)
-        motor.gear, motor.ctrlrange = (1,), (-drive.motor.torque_limit, drive.motor.torque_limit)
-        if motor.tag == "general":
-            motor.gainprm = (1,)
+        if math.isfinite(drive.motor.torque_limit):
+            motor.ctrllimited, motor.ctrlrange = "true", (-drive.motor.torque_limit, drive.motor.torque_limit)
+
+
+def _set_losses(robot: Any, spec: SceneSpec, drive: DiffDrive, parts: Parts) -> None:
+    """Lets viscous friction act by the mean velocity of a step, and dry friction hold as stiffly as contacts.
+
+    MuJoCo's implicit damping comes after contacts are solved without it, so that they do not hold in the end: wheels
+    slip, and the reaction tips the chassis. With h d/2 in the armature and damping taken explicitly, `(M + h d/2) (v' -
+    v)/h = forces - d v`, contacts and friction are solved together, and friction is of second order in h.
+    """
+    for name, damping, dry in zip(parts.wheel_joints, drive.losses.damping, drive.losses.dry_friction, strict=True):
+        joint = robot.find("joint", name)
+        if damping:
+            joint.armature = drive.reflected_inertia + spec.timestep * damping / 2
+        if dry and spec.contact == "stiff":
+            joint.solreffriction, joint.solimpfriction = (2 * spec.timestep, 1), _STIFF_SOLIMP
 
 
 def _attach(arena: Any, robot: Any, drive: DiffDrive, parts: Parts) -> Any:
     """Returns the frame by which one robot, free to move, hangs in the arena, at its axle midpoint."""
-    for settings in (robot.option, robot.size, robot.statistic, robot.visual):
-        settings.remove()  # the scene decides these; where both speak, dm_control would merge or refuse
-    chassis = robot.find("body", parts.chassis)
-    for joint in chassis.get_children("freejoint"), *chassis.get_children("joint"):
-        if joint is not None and (joint.tag == "freejoint" or joint.type == "free"):
-            joint.remove()
-    chassis.pos, chassis.quat = (0, 0, 0), (1, 0, 0, 0)
+    robot.find("body", parts.chassis).get_children("freejoint").remove()
     frame = arena.worldbody.attach(robot)
     frame.pos = (0, 0, drive.wheel_radius)
     frame.add("freejoint", name="root")

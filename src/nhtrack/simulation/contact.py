@@ -1,4 +1,4 @@
-"""What MuJoCo's friction rows make of a tyre's velocity, and the surface velocity that makes up for it."""
+"""What MuJoCo's friction rows make of a velocity, and the surface velocity that makes up for it at a tyre."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from nhtrack.arrays import Array
 
 @dataclass(frozen=True)
 class FrictionRow:
-    """One friction row of a tyre's contact, below the limit of friction.
+    """One friction row of a tyre's contact, or of a joint's dry friction, below the limit of friction.
 
     A physics step h of a row with the damping b and the regularisation R that bears the force f turns the velocity
     `before` of the tyre along the row, in the configuration at the middle of the step, into
@@ -37,9 +37,15 @@ class FrictionRow:
         step, impedance = float(model.opt.timestep), float(model.geom_solimp[tyre, 1])
         timeconst = max(float(model.geom_solref[tyre, 0]), 2 * step)
         inverse = float(model.body_invweight0[model.geom_bodyid[tyre], 0])
-        return cls(
-            step, 2 / (impedance * timeconst), (1 - impedance) / impedance * inverse / float(model.opt.impratio)
-        )
+        return cls(step, 2 / (impedance * timeconst), (1 - impedance) / impedance * inverse / float(model.opt.impratio))
+
+    @classmethod
+    def of_joint(cls, model: mujoco.MjModel, dof: int) -> FrictionRow:
+        """Returns the row of the dry friction of a hinge, in rad for m, N m for N and kg m^2 for kg."""
+        step, (impedance, largest) = float(model.opt.timestep), model.dof_solimp[dof, :2].tolist()
+        timeconst = max(float(model.dof_solref[dof, 0]), 2 * step)
+        inverse = float(model.dof_invweight0[dof])
+        return cls(step, 2 / (largest * timeconst), (1 - impedance) / impedance * inverse)
 
     def surface_velocity(self, before: Array, after: Array, force: Array) -> Array:
         """Returns the surface velocity [m/s] with which a step under a force [N] ends at the velocity `after` [m/s]."""

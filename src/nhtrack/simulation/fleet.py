@@ -13,7 +13,7 @@ import mujoco
 __all__ = ["ROBOT", "Blueprint", "Robot", "compile_blueprint", "make_blueprint"]
 
 ROBOT, _COLOUR = "__robot__", "__colour__"  # stand for a robot's name and its colour in the text of the one
-_SHARED = "robot"  # prefix of the default classes and the materials that all robots share
+_SHARED = "robot"  # prefix of the materials that all robots share
 
 # MuJoCo lists all of a scene anew for every element it reads into a body (mjCModel::MakeTreeLists), a cost that grows
 # with the square of the scene. So a large one is read in groups of so many robots, which are attached to the arena.
@@ -120,7 +120,7 @@ def make_blueprint(
     root = ET.fromstring(xml)
     for material in root.iterfind(f"asset/material[@name='{ROBOT}/{accent}']"):
         material.set("rgba", _COLOUR)
-    _share_classes(root)
+    _drop_classes(root)
     once = _share_materials(root, robots) if share_materials else ""
     sections = (_section(element, once if element.tag == "asset" else "") for element in root)
     return Blueprint(tuple(sections), robots, assets)
@@ -164,29 +164,18 @@ def _section(element: ET.Element, once: str) -> _Section:
     return _Section(element.tag, head, once, own, f"{after}</{element.tag}>{element.tail}")
 
 
-def _share_classes(root: ET.Element) -> None:
-    """Makes the robot's default classes the same for all robots, where MuJoCo would read a set for each.
+def _drop_classes(root: ET.Element) -> None:
+    """Takes out the robot's default class, which is empty in its standard form, and the names of it.
 
-    A class may name a material, of which every robot has its own; such attributes move to the geoms and sites that
-    have them by their class. Where others name parts of the robot, classes stay as they are.
+    MuJoCo would read one for each robot.
     """
-    classes = root.find("default")
-    if classes is None:
-        return
-    given: dict[str, dict[tuple[str, str], str]] = {}
-    _collect(classes, {}, given)
-    if any(tag not in {"geom", "site"} for own in given.values() for tag, _ in own):
-        return
-    for element in classes.iter():
-        for name in [name for name, value in element.items() if value.startswith(ROBOT) and name != "class"]:
-            del element.attrib[name]
-    for section in root:
-        if section is not classes:
-            _hand_down(section, "", given)
+    for classes in root.findall("default"):
+        for own in classes.findall(f"default[@class='{ROBOT}/']"):
+            classes.remove(own)
     for element in root.iter():
         for name in ("class", "childclass"):
             if element.get(name, "").startswith(f"{ROBOT}/"):
-                element.set(name, _SHARED + element.attrib[name].removeprefix(ROBOT))
+                del element.attrib[name]
 
 
 def _share_materials(root: ET.Element, robots: tuple[Robot, ...]) -> str:
@@ -215,28 +204,3 @@ def _share_materials(root: ET.Element, robots: tuple[Robot, ...]) -> str:
 
 def _in_colour(text: str, robot: Robot) -> str:
     return text.replace(_COLOUR, " ".join(f"{value:.17g}" for value in robot.colour))
-
-
-def _collect(
-    parent: ET.Element, inherited: dict[tuple[str, str], str], given: dict[str, dict[tuple[str, str], str]]
-) -> None:
-    """Notes for every class below an element which attributes, by tag and name, have a part of the robot as value."""
-    for default in parent.findall("default"):
-        own = dict(inherited)
-        for element in default:
-            if element.tag != "default":
-                for name, value in element.items():
-                    own.pop((element.tag, name), None)
-                    if value.startswith(f"{ROBOT}/"):
-                        own[element.tag, name] = value
-        given[default.attrib["class"]] = own
-        _collect(default, own, given)
-
-
-def _hand_down(parent: ET.Element, childclass: str, given: dict[str, dict[tuple[str, str], str]]) -> None:
-    """Writes the noted attributes into the elements below one that have them by their class."""
-    for element in parent:
-        for (tag, name), value in given.get(element.get("class", childclass), {}).items():
-            if element.tag == tag:
-                element.attrib.setdefault(name, value)
-        _hand_down(element, element.get("childclass", childclass), given)

@@ -24,9 +24,12 @@ class Wheels(NamedTuple):
         force_share: of the side force [m/s/N].
         straddling: share of the old command in the first step of a period, which begins half a step before it [1].
         lag: of a motor whose wheel slides; see `Motor.saturate` [1].
+        mobility: how much a torque changes the speed of a wheel that slides within a step [rad/s/(N m)].
+        grip: of MuJoCo's row of a wheel's dry friction, its torque over the speed that it does not hold [N m s/rad].
+        kept: share of a wheel's speed that this row means to leave after a step [1].
         torque_map: from the terms of `DiffDrive.ground_map` to wheel torques, shape (6, 2).
         side_map: from the same to the side force, shape (6,).
-        torque_gain: from wheel torques to accelerations, shape (2, 2).
+        torque_gain: from wheel torques to mean accelerations of a step, shape (2, 2).
         plant: the robots as they are.
         floor: what they stand on.
         known: what the compensation knows of it.
@@ -48,7 +51,10 @@ class Wheels(NamedTuple):
     after_share: float
     force_share: float
     straddling: float
-    lag: float
+    lag: tuple[float, float]
+    mobility: tuple[float, float]
+    grip: tuple[float, float]
+    kept: tuple[float, float]
     torque_map: np.ndarray
     side_map: np.ndarray
     torque_gain: np.ndarray

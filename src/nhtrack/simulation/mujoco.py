@@ -24,16 +24,14 @@ import numpy as np
 
 from nhtrack.arrays import Array
 from nhtrack.errors import SimulationDiverged
-from nhtrack.ground import Ground
 from nhtrack.simulation import columns, engine, memory
-from nhtrack.simulation.contact import FrictionRow
 from nhtrack.simulation.faults import failure_in, reach_of
-from nhtrack.simulation.motion import Motion, Place, Wheels
-from nhtrack.simulation.plant import floor_of, plant_of
+from nhtrack.simulation.motion import Motion, Place
 from nhtrack.simulation.scene import Scene
 from nhtrack.simulation.spec import SceneSpec
 from nhtrack.simulation.state import Driven, State, require_rolling
 from nhtrack.simulation.track import Track, driven, make_track
+from nhtrack.simulation.wheels import make_wheels
 
 
 class MujocoSimulation:
@@ -230,49 +228,6 @@ class MujocoSimulation:
 
     def _state(self) -> State:
         return State(self.time, self._unbatched(self.motion.g).copy(), self._unbatched(self.motion.xi).copy())
-
-
-def make_wheels(scene: Scene, spec: SceneSpec, dt: float) -> Wheels:
-    """Returns what does not change while the robots of a scene drive; see `nhtrack.simulation.Wheels`."""
-    drive, plant, step, at = scene.drive, scene.plant, spec.timestep, scene.addresses
-    row = FrictionRow.of(scene.model, int(at.tyres[0, 0]))
-    given_up = row.step * row.damping
-    known = spec.ground if spec.compensation == "actual" else Ground()
-    motor = drive.motor
-    return Wheels(
-        dt=dt,
-        h=step,
-        substeps=round(dt / step),
-        planar=plant.levelled,
-        corrected=spec.rate_correction,
-        before_share=(1 - given_up) / given_up,
-        after_share=-1 / given_up,
-        force_share=-row.step * row.regularisation / given_up,
-        straddling=0.5,
-        lag=step * motor.stall_torque / (drive.wheel_inertia * motor.no_load_speed),
-        torque_map=np.ascontiguousarray(drive.torque_map),
-        side_map=np.ascontiguousarray(drive.ground_map[:, 1]),
-        torque_gain=np.ascontiguousarray(drive.torque_gain),
-        plant=plant_of(plant),
-        floor=floor_of(spec.ground),
-        known=floor_of(known),
-        radius_factors=scene.radius_factors,
-        wheel_dofs=(int(at.wheel_qvel[0, 0] - at.root_qvel[0]), int(at.wheel_qvel[0, 1] - at.root_qvel[0])),
-        motors=np.ascontiguousarray(at.motors, dtype=np.int64),
-        tyres=np.ascontiguousarray(at.tyres, dtype=np.int64),
-        roles=_roles(scene),
-        first_body=spec.first_body,
-        layout=tuple(memory.layout()),
-    )
-
-
-def _roles(scene: Scene) -> np.ndarray:
-    """Returns what geoms are to the contact forces: 2 i + wheel for tyres, -2 for the floor, -1 for all others."""
-    model = scene.model
-    roles = np.full(model.ngeom, -1, dtype=np.int64)
-    roles[(model.geom_bodyid == 0) & (model.geom_type == mujoco.mjtGeom.mjGEOM_PLANE)] = -2
-    roles[scene.addresses.tyres.ravel()] = np.arange(scene.addresses.tyres.size)
-    return roles
 
 
 def _stepped(model: mujoco.MjModel, spec: SceneSpec) -> mujoco.MjModel:

@@ -52,6 +52,9 @@ class Plant(NamedTuple):
     torque_limit: float
     stall_torque: float
     no_load_speed: float
+    lossy: bool
+    damping: tuple[float, float]
+    dry_friction: tuple[float, float]
 
 
 class Demand(NamedTuple):
@@ -96,6 +99,9 @@ def plant_of(drive: DiffDrive) -> Plant:
         torque_limit=drive.motor.torque_limit,
         stall_torque=drive.motor.stall_torque,
         no_load_speed=drive.motor.no_load_speed,
+        lossy=bool(drive.losses),
+        damping=drive.losses.damping,
+        dry_friction=drive.losses.dry_friction,
     )
 
 
@@ -130,9 +136,7 @@ def gravity_at(floor: Floor, theta: float) -> tuple[float, float]:
 
 
 @compiled_inside
-def demand_of(
-    plant: Plant, floor: Floor, theta: float, v: float, omega: float, u_x: float, u_theta: float
-) -> Demand:
+def demand_of(plant: Plant, floor: Floor, theta: float, v: float, omega: float, u_x: float, u_theta: float) -> Demand:
     """Returns what a motion without slip asks for; see `DiffDrive.wheel_torques`, `wheel_loads`, `friction_demand`."""
     gravity_x, gravity_y = gravity_at(floor, theta)
     square, ahead, aside = omega * omega, u_x - gravity_x, omega * v - gravity_y
@@ -144,12 +148,35 @@ def demand_of(
     turned = (tau + plant.tread_mass * b * b * u_theta) / b
     half = plant.radius / 2
     moment = tau / b
+    torque_left, torque_right = half * (driven - turned), half * (driven + turned)
+    if plant.lossy:
+        torque_left += loss_at(plant, 0, (v - b * omega) / plant.radius, u_x - b * u_theta)
+        torque_right += loss_at(plant, 1, (v + b * omega) / plant.radius, u_x + b * u_theta)
     left, right = _loads(plant, floor.normal, f_x, f_y, omega * v, square, u_x, u_theta)
     return Demand(
-        (half * (driven - turned), half * (driven + turned)),
+        (torque_left, torque_right),
         (left, right),
         (length((f_x - moment) / 2, f_y / 2), length((f_x + moment) / 2, f_y / 2)),
     )
+
+
+@compiled_inside
+def loss_at(plant: Plant, wheel: int, speed: float, rate: float) -> float:
+    """Returns what friction at the joint of a wheel takes [N m]; see `DiffDrive.wheel_losses`.
+
+    Args:
+        plant: the robot.
+        wheel: 0 for the left one, 1 for the right one.
+        speed: of the wheel [rad/s].
+        rate: its acceleration, of which the sign counts.
+    """
+    loss = plant.damping[wheel] * speed
+    forwards = rate if speed == 0.0 else speed
+    if forwards > 0.0:
+        loss += plant.dry_friction[wheel]
+    elif forwards < 0.0:
+        loss -= plant.dry_friction[wheel]
+    return loss
 
 
 @compiled_inside

@@ -1,4 +1,4 @@
-"""What is read from the MJCF of a robot, once for a run: its parts and its reduced models."""
+"""What is read from the file of a robot, once for a run: its standard form and its reduced models."""
 
 from __future__ import annotations
 
@@ -9,9 +9,11 @@ import mujoco
 
 from nhtrack import assets
 from nhtrack.errors import RobotError, did_you_mean
-from nhtrack.mjcf import read_mjcf
-from nhtrack.robots.diff_drive import DiffDrive, identify
-from nhtrack.robots.diff_drive.identification import Parts, identify_parts
+from nhtrack.mjcf import parse_mjcf
+from nhtrack.robots.contract import Hints, Parts, Reading, is_robot_file
+from nhtrack.robots.diff_drive import DiffDrive
+from nhtrack.robots.diff_drive.identification import identify
+from nhtrack.robots.registry import read_file
 from nhtrack.simulation.spec import SceneSpec
 
 
@@ -20,18 +22,21 @@ class RobotModels:
     """What is known of the robots of a spec.
 
     Attributes:
-        spec: theirs, of which robot, effects and compensation count.
-        file: MJCF of one of them.
-        parts: names of its parts.
-        nominal: the reduced model of one as its file has it.
+        spec: theirs, of which robot, hints, effects and compensation count.
+        reading: what was read from their file.
+        nominal: the reduced model of one as its file has it, under effects that change no masses.
         plant: the reduced model of the robots as they are, with what they carry.
     """
 
     spec: SceneSpec
-    file: Path
-    parts: Parts
+    reading: Reading
     nominal: DiffDrive
     plant: DiffDrive
+
+    @property
+    def parts(self) -> Parts:
+        """Names of the parts of a robot."""
+        return self.reading.parts
 
     @property
     def drive(self) -> DiffDrive:
@@ -40,38 +45,36 @@ class RobotModels:
 
     def require(self, spec: SceneSpec) -> None:
         """Raises ValueError where this was not read for the robots of a spec."""
-        for name in ("robot", "effects", "compensation"):
+        for name in ("robot", "hints", "effects", "compensation"):
             if getattr(self.spec, name) != getattr(spec, name):
                 wanted, known = getattr(spec, name), getattr(self.spec, name)
                 raise ValueError(f"robot: {name} is {wanted!r} here, and was {known!r} when the robot was read")
 
 
 def robot_path(robot: str) -> Path:
-    """Returns the MJCF file of a robot named by its folder in models/ or by a path that ends in `.xml`.
+    """Returns the file of a robot named by its folder in models/, by its path or by that of its folder.
 
     Raises:
         RobotError: no such robot; the message lists those there are.
     """
-    if Path(robot).suffix == ".xml":
-        if not Path(robot).is_file():
-            raise RobotError(f"{robot}: no such MJCF file")
-        return Path(robot)
-    if robot not in assets.robots():
-        raise RobotError(f"no robot {robot!r}; {did_you_mean(robot, assets.robots())}")
-    return assets.find_robot(robot)
+    if robot in assets.robots():
+        return assets.find_robot(robot)
+    if not is_robot_file(robot):
+        raise RobotError(f"no robot {robot!r}; {did_you_mean(robot, assets.robots())}, or the path of a robot's file")
+    return Path(robot)
 
 
-def load_robot(robot: str) -> mujoco.MjModel:
-    """Returns the compiled model of one robot alone.
+def load_robot(robot: str, hints: Hints | None = None) -> Reading:
+    """Returns what is read from the file of a robot.
+
+    Args:
+        robot: folder in models/, or path to a file.
+        hints: what that cannot say itself.
 
     Raises:
-        RobotError: no such robot, or MuJoCo cannot compile it.
+        RobotError: it cannot be found, compiled or driven.
     """
-    path = robot_path(robot)
-    try:
-        return mujoco.MjModel.from_xml_path(str(path))
-    except ValueError as error:
-        raise RobotError(f"{path}: MuJoCo cannot compile it: {error}") from error
+    return read_file(robot_path(robot), hints)
 
 
 def read_robot(spec: SceneSpec) -> RobotModels:
@@ -80,12 +83,11 @@ def read_robot(spec: SceneSpec) -> RobotModels:
     Raises:
         RobotError: the robot cannot be found, compiled or driven.
     """
-    alone = load_robot(spec.robot)
-    file, parts = robot_path(spec.robot), identify_parts(alone)
-    nominal = plant = _under_effects(identify(alone, parts), spec)
+    reading = load_robot(spec.robot, spec.hints)
+    nominal = plant = _under_effects(reading.model, spec)
     if any(effect.weighs for effect in spec.effects):
-        plant = _under_effects(identify(_laden(spec, file, parts, nominal)), spec)
-    return RobotModels(spec, file, parts, nominal, plant)
+        plant = _under_effects(identify(_laden(spec, reading, nominal), reading.parts, reading.model.motor), spec)
+    return RobotModels(spec, reading, nominal, plant)
 
 
 def _under_effects(model: DiffDrive, spec: SceneSpec) -> DiffDrive:
@@ -94,12 +96,12 @@ def _under_effects(model: DiffDrive, spec: SceneSpec) -> DiffDrive:
     return model
 
 
-def _laden(spec: SceneSpec, file: Path, parts: Parts, nominal: DiffDrive) -> mujoco.MjModel:
+def _laden(spec: SceneSpec, reading: Reading, nominal: DiffDrive) -> mujoco.MjModel:
     """Returns the compiled model of one robot alone with all that changes its masses."""
-    robot = read_mjcf(file)
+    robot = parse_mjcf(reading.mjcf)
     for effect in spec.effects:
         if effect.weighs:
-            effect.edit_robot(robot, parts, nominal)
+            effect.edit_robot(robot, reading.parts, nominal)
     try:
         return mujoco.MjModel.from_xml_string(robot.to_xml_string(), robot.get_assets())
     except ValueError as error:

@@ -11,8 +11,8 @@ import numpy as np
 
 from nhtrack.arrays import Array
 from nhtrack.errors import RobotError
+from nhtrack.robots.contract import Parts
 from nhtrack.robots.diff_drive import DiffDrive
-from nhtrack.robots.diff_drive.identification import Parts
 from nhtrack.simulation.compose import compose_scene
 from nhtrack.simulation.fleet import Blueprint, compile_blueprint
 from nhtrack.simulation.robot_models import RobotModels, read_robot

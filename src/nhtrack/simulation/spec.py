@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from typing import Any
 
 from pydantic import TypeAdapter
@@ -12,6 +12,7 @@ from nhtrack.colours import robot_colour
 from nhtrack.effects import Effect, effect_kinds
 from nhtrack.errors import RecordingError, did_you_mean
 from nhtrack.ground import Ground
+from nhtrack.robots.contract import Hints
 
 
 @dataclass(frozen=True)
@@ -20,7 +21,7 @@ class SceneSpec:
 
     Attributes:
         robots: names, root first.
-        robot: folder in models/ or path to an MJCF file.
+        robot: folder in models/, or path to a robot's file.
         timestep: physics step [s].
         friction: sliding friction coefficient between wheels and floor.
         contact: `stiff` (contact parameters from the time step) or `default` (MuJoCo's own).
@@ -32,6 +33,7 @@ class SceneSpec:
         compensation: what the wheel torques are computed for: `nominal` (the robot as its file has it, on a level
             floor) or `actual` (what it carries and stands on as well).
         colours: each robot's place in the palette, shape n; empty where a robot's place here is its place there.
+        hints: what the robot's file cannot say itself.
     """
 
     robots: tuple[str, ...]
@@ -46,6 +48,7 @@ class SceneSpec:
     effects: tuple[Effect, ...] = ()
     compensation: str = "nominal"
     colours: tuple[int, ...] = ()
+    hints: Hints = field(default_factory=Hints)
 
     def to_json(self) -> str:
         """Returns the spec as one line of JSON, its effects by their keys."""
@@ -60,7 +63,8 @@ class SceneSpec:
         """
         tree = _frozen(json.loads(text))
         effects = tuple(_effect(key, fields) for key, fields in tree.pop("effects", {}).items())
-        return cls(**tree, effects=effects)
+        hints = tree.pop("hints", {})
+        return cls(**tree, effects=effects, hints=Hints(**hints))
 
     @property
     def first_body(self) -> int:

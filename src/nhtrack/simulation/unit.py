@@ -16,7 +16,7 @@ from nhtrack.simulation.attitude import heading_of
 from nhtrack.simulation.faults import FINE, WARNED
 from nhtrack.simulation.forces import note_forces, read_forces
 from nhtrack.simulation.motion import Motion, Place, Wheels, blame, copy, fill
-from nhtrack.simulation.plant import friction_at, gravity_at, length, saturated
+from nhtrack.simulation.plant import friction_at, gravity_at, length, loss_at, saturated
 
 # Share of the friction limit from which a wheel counts as sliding within a physics step.
 SLIDING = 1 - 1e-6
@@ -111,8 +111,9 @@ def _drive(wheels: Wheels, place: Place, motion: Motion, b: int, robot: int, i: 
     ahead, aside = (v_after * math.cos(turn) - before_x) / h, (v_after * math.sin(turn) - before_y) / h
     square = omega * omega  # MuJoCo takes the centripetal force from its own velocities
     terms = (ahead, u_theta, square, aside, gravity_x, gravity_y)
-    extra_left = _torque(wheels, place, motion, b, robot, i, 0, terms)
-    extra_right = _torque(wheels, place, motion, b, robot, i, 1, terms)
+    across = wheels.plant.half_separation * u_theta
+    extra_left = _torque(wheels, place, motion, b, robot, i, 0, terms, u_x - across)
+    extra_right = _torque(wheels, place, motion, b, robot, i, 1, terms, u_x + across)
     if wheels.corrected:
         gain, side = wheels.torque_gain, wheels.side_map
         real_x = u_x + extra_left * gain[0, 0] + extra_right * gain[1, 0]
@@ -133,17 +134,25 @@ def _drive(wheels: Wheels, place: Place, motion: Motion, b: int, robot: int, i: 
 @compiled_inside
 def _torque(
     wheels: Wheels, place: Place, motion: Motion, b: int, robot: int, i: int, wheel: int,
-    terms: tuple[float, float, float, float, float, float],
+    terms: tuple[float, float, float, float, float, float], rate: float,
 ) -> float:  # fmt: skip
-    """Sets the torque of one motor, and returns how much more it is than what was asked for [N m]."""
+    """Sets the torque of one motor, and returns how much more it is than what was asked for [N m].
+
+    `rate` is the acceleration that is wanted of the wheel over the floor [m/s^2].
+    """
     row = wheels.torque_map
     asked = terms[0] * row[0, wheel] + terms[1] * row[1, wheel] + terms[2] * row[2, wheel]
     asked += terms[3] * row[3, wheel] + terms[4] * row[4, wheel] + terms[5] * row[5, wheel]
     force = motion.force[b, robot, wheel]
     slides = length(force[0], force[1]) >= SLIDING * motion.friction[b, robot, wheel] * force[2]
     plant = wheels.plant
-    line = motion.qvel[b, robot, wheels.wheel_dofs[wheel]] / plant.no_load_speed
-    given = saturated(asked, line, plant.stall_torque, plant.torque_limit, wheels.lag if slides else 0.0)
+    speed = motion.qvel[b, robot, wheels.wheel_dofs[wheel]]
+    if plant.lossy:
+        asked += _loss_over(wheels, wheel, speed, rate)
+        if slides:
+            speed -= wheels.mobility[wheel] * loss_at(plant, wheel, speed, 0.0)
+    line = speed / plant.no_load_speed
+    given = saturated(asked, line, plant.stall_torque, plant.torque_limit, wheels.lag[wheel] if slides else 0.0)
     put_float64(place.ctrl + 8 * wheels.motors[i, wheel], given)
     noted = motion.rolled[b, robot, wheel]
     noted[0] += given
@@ -152,6 +161,20 @@ def _torque(
     if given != asked:
         noted[2] += 1.0
     return float(given - asked)
+
+
+@compiled_inside
+def _loss_over(wheels: Wheels, wheel: int, speed: float, rate: float) -> float:
+    """Returns what friction at a wheel's joint takes in a step [N m], where the motor does as it is told.
+
+    Viscous friction acts by the mean of the speeds before and after the step, dry friction by the one after it.
+    MuJoCo's gives way a little before it lets go; what it gives there is `FrictionRow`'s equation solved for the force.
+    """
+    plant = wheels.plant
+    after = speed + wheels.h * rate / plant.radius
+    dry = plant.dry_friction[wheel]
+    slipped = wheels.grip[wheel] * (after - wheels.kept[wheel] * speed)
+    return plant.damping[wheel] * (speed + after) / 2 + min(max(slipped, -dry), dry)
 
 
 @compiled_inside

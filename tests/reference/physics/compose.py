@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from nhtrack import assets
 from nhtrack.mjcf import read_mjcf
-from nhtrack.robots.diff_drive.identification import Parts
+from nhtrack.robots.contract import Parts
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -24,12 +24,13 @@ def compose(spec: SceneSpec, robot_file: Path, drive: DiffDrive, parts: Parts) -
     """Returns the MJCF element of a scene."""
     arena = read_mjcf(assets.models_directory() / "arena" / "scene.xml")
     arena.compiler.remove()  # how a robot's file is read is the robot's to say; the arena has no angles
-    _set_options(arena, spec)
+    _set_options(arena, spec, any(drive.losses.damping))
     for name in spec.bodies:
         robot = read_mjcf(robot_file)
         robot.model = name
         _set_contacts(robot, spec, parts)
         _set_motors(robot, drive, parts)
+        _set_losses(robot, spec, drive, parts)
         for effect in spec.effects:
             effect.edit_robot(robot, parts, drive)
         frame = _attach(arena, robot, drive, parts)
@@ -40,11 +41,13 @@ def compose(spec: SceneSpec, robot_file: Path, drive: DiffDrive, parts: Parts) -
     return arena
 
 
-def _set_options(arena: Any, spec: SceneSpec) -> None:
+def _set_options(arena: Any, spec: SceneSpec, damped: bool) -> None:
     option = arena.option
     option.timestep = spec.timestep
     option.gravity = spec.ground.gravity  # the plane stays level in its own frame; on a slope gravity leans
-    option.integrator = "implicitfast"
+    option.integrator = "Euler" if damped else "implicitfast"
+    if damped:
+        option.flag.eulerdamp = "disable"  # damping is split between the armature and an explicit force
     option.cone = "elliptic"  # the pyramid loses 29 % of the friction limit at 45 degrees
     option.solver = "Newton"
     option.impratio = 1  # more would shrink the creep of friction, which the rate correction makes up for anyway, and
@@ -80,6 +83,17 @@ def _set_motors(robot: Any, drive: DiffDrive, parts: Parts) -> None:
         motor.gear, motor.ctrlrange = (1,), (-drive.motor.torque_limit, drive.motor.torque_limit)
         if motor.tag == "general":
             motor.gainprm = (1,)
+
+
+def _set_losses(robot: Any, spec: SceneSpec, drive: DiffDrive, parts: Parts) -> None:
+    """Makes damping act by the mean of the speeds before and after a step, and dry friction as stiff as contacts."""
+    losses = drive.losses
+    for name, damping, dry in zip(parts.wheel_joints, losses.damping, losses.dry_friction, strict=True):
+        joint = robot.find("joint", name)
+        if damping > 0:
+            joint.armature = drive.reflected_inertia + damping * spec.timestep / 2
+        if dry > 0 and spec.contact == "stiff":
+            joint.solreffriction, joint.solimpfriction = (2 * spec.timestep, 1), _STIFF_SOLIMP
 
 
 def _attach(arena: Any, robot: Any, drive: DiffDrive, parts: Parts) -> Any:

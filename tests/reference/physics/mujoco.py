@@ -52,11 +52,28 @@ class MujocoSimulation:
         self._row = FrictionRow.of(scene.model, int(scene.addresses.tyres[0, 0]))
         self._friction = self._engine.expand("geom_friction") if self.ground.patches else None
         self._known_ground = self.ground if scene.spec.compensation == "actual" else Ground()
-        motor = self.drive.motor
-        self._lag = self._h * motor.stall_torque / (self.drive.wheel_inertia * motor.no_load_speed)
+        self._read_losses()
         self._bodies = slice(1, None) if scene.spec.virtual_root else slice(None)
         self._planar = scene.plant.levelled
         self._bind()
+
+    def _read_losses(self) -> None:
+        """Reads what friction at the wheel joints does in a step; see docs/fidelity.md."""
+        model, drive, h, dofs = self.scene.model, self.drive, self._h, self.scene.addresses.wheel_qvel[0]
+        self._damping, self._dry = (np.array(each) for each in (drive.losses.damping, drive.losses.dry_friction))
+        self._mobility = h / (drive.wheel_inertia + h / 2 * self._damping)
+        self._lag = self._mobility * drive.motor.stall_torque / drive.motor.no_load_speed
+        stiffness = model.dof_solimp[dofs, 0] / (1 - model.dof_solimp[dofs, 0]) / model.dof_invweight0[dofs]  # 1/R
+        time = np.maximum(model.dof_solref[dofs, 0], 2 * h)
+        self._speed_row, self._rate_row = 2 * stiffness / (model.dof_solimp[dofs, 1] * time), stiffness
+        rolling = np.array([[1.0, -drive.half_separation], [1.0, drive.half_separation]]) / drive.wheel_radius
+        felt = drive.mass_matrix + rolling.T * (h / 2 * self._damping) @ rolling
+        self._gain = np.linalg.solve(felt, rolling.T).T
+
+    def _losses(self, speed: Array, rate: Array) -> Array:
+        """Returns the torques of friction at the wheel joints in a step in which wheels accelerate as told."""
+        dry = np.minimum(np.maximum(self._rate_row * rate + self._speed_row * speed, -self._dry), self._dry)
+        return np.asarray(self._damping * (speed + self._h / 2 * rate) + dry)
 
     def _bind(self) -> None:
         """Takes live views of the engine's state, shape (b, p, ...) for the p robots with a body."""
@@ -159,11 +176,14 @@ class MujocoSimulation:
         self._terms[..., 2] = omega * omega  # MuJoCo takes the centripetal force from its own velocities
         self._terms[..., 3] = acceleration.imag
         self._terms[..., 4], self._terms[..., 5], _ = self._known_ground.gravity_at(self._yaw())
+        speed, sliding = self._qvel[:, at.wheel_qvel], self._sliding()
         demand = self._terms @ self.drive.torque_map
-        torque = saturated(self.drive.motor, demand, self._qvel[:, at.wheel_qvel], self._lag * self._sliding())
+        demand = demand + self._losses(speed, self.drive.wheel_speeds(u[..., 0], u[..., 1]))
+        lost = self._damping * speed + self._dry * np.sign(speed)  # from the speed that a sliding wheel will have
+        torque = saturated(self.drive.motor, demand, speed - sliding * self._mobility * lost, self._lag * sliding)
         self._ctrl[:, at.motors] = torque
         if self._surface is not None:
-            self._surface[:, at.tyres, 1] = self._rate_correction(before, u + self.drive.gained(torque - demand))
+            self._surface[:, at.tyres, 1] = self._rate_correction(before, u + (torque - demand) @ self._gain)
         self._lay_ground(k)
         self._engine.step()
         self._demand_log[k], self._torque_log[k], self._sensor_log[k] = demand, torque, self._sensors

@@ -10,8 +10,8 @@ import numpy as np
 
 from nhtrack.arrays import Array
 from nhtrack.effects.wheel_mismatch import WheelMismatch
+from nhtrack.robots.contract import Parts
 from nhtrack.robots.diff_drive import DiffDrive
-from nhtrack.robots.diff_drive.identification import Parts
 from nhtrack.simulation.robot_models import read_robot
 from nhtrack.simulation.spec import SceneSpec
 from reference.physics.compose import compose
@@ -116,7 +116,7 @@ def make_scene(spec: SceneSpec) -> Scene:
     """Returns the compiled scene of a spec."""
     robot = read_robot(spec)
     drive, plant, parts = robot.drive, robot.plant, robot.parts
-    arena = compose(spec, robot.file, drive, parts)
+    arena = compose(spec, robot.reading.file, drive, parts)
     model = mujoco.MjModel.from_xml_string(arena.to_xml_string(), arena.get_assets())
     marker = int(model.body(spec.robots[0]).mocapid[0]) if spec.virtual_root else None
     return Scene(spec, model, drive, plant, _addresses(model, spec, parts), marker)

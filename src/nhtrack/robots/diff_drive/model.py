@@ -6,7 +6,8 @@ the whole robot about that point, in the order (v_x, v_y, omega):
     I = [[m, 0, -m c_y], [0, m, m c_x], [-m c_y, m c_x, J_axle]]
 
 with CoM (c_x, c_y) and J_axle its inertia about the vertical through the axle midpoint. The wheels' spin adds
-2 I_w / r^2 to the mass and 2 I_w b^2 / r^2 to the yaw inertia that the motors feel, but asks nothing of the ground.
+2 I_w / r^2 to the mass and 2 I_w b^2 / r^2 to the yaw inertia that the motors feel, but asks nothing of the ground. Nor
+do losses at the wheel joints: motors supply them, and what is left of their torques reaches the ground.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ import numpy as np
 
 from nhtrack.arrays import Array, namespace
 from nhtrack.ground import LEVEL, Gravity, Ground
-from nhtrack.robots.motor import Motor
+from nhtrack.robots.diff_drive.body import WheeledBody
 
 
 class Wrench(NamedTuple):
@@ -31,66 +32,8 @@ class Wrench(NamedTuple):
 
 
 @dataclass(frozen=True)
-class DiffDrive:
-    """Reduced model of one robot; every number is read from its MJCF by `identify`.
-
-    Attributes:
-        wheel_radius: r [m].
-        half_separation: b, from the axle midpoint to a wheel [m].
-        mass: m, the whole robot [kg].
-        axle_inertia: J_axle, the whole robot about the vertical through the axle midpoint [kg m^2].
-        wheel_inertia: I_w, spin of one wheel with its motor's reflected rotor [kg m^2].
-        com: CoM in the body frame (x, y) and its height above the floor [m], shape (3,).
-        casters: contact points of the casters in the body frame (x, y) [m], shape (k, 2).
-        motor: limits of each wheel motor.
-        reflected_inertia: the part of I_w that is the rotor's, seen through the gears; it turns inside the chassis and
-            tips nothing [kg m^2].
-        products: elements (xz, yz) of the whole robot's inertia tensor about its CoM, axes as the body frame [kg m^2].
-        levelled: whether a planar base keeps the robot level, so that the wheels share the weight whatever it does.
-    """
-
-    wheel_radius: float
-    half_separation: float
-    mass: float
-    axle_inertia: float
-    wheel_inertia: float
-    com: tuple[float, float, float]
-    casters: tuple[tuple[float, float], ...]
-    motor: Motor
-    reflected_inertia: float = 0.0
-    products: tuple[float, float] = (0.0, 0.0)
-    levelled: bool = False
-
-    @property
-    def wheel_separation(self) -> float:
-        """Distance between the wheels, 2 b [m]."""
-        return 2 * self.half_separation
-
-    @property
-    def m_eff(self) -> float:
-        """Mass the motors feel, m + 2 I_w / r^2 [kg]."""
-        return self.mass + 2 * self.wheel_inertia / self.wheel_radius**2
-
-    @property
-    def J_eff(self) -> float:
-        """Yaw inertia the motors feel, J_axle + 2 I_w b^2 / r^2 [kg m^2]."""
-        return self.axle_inertia + 2 * self.wheel_inertia * (self.half_separation / self.wheel_radius) ** 2
-
-    @property
-    def first_moment(self) -> tuple[float, float]:
-        """First moments m c_x and m c_y of the whole robot [kg m]."""
-        return self.mass * self.com[0], self.mass * self.com[1]
-
-    @property
-    def mass_matrix(self) -> np.ndarray:
-        """S^T M S = [[m_eff, -m c_y], [-m c_y, J_eff]], the inertia in (v, omega)."""
-        return np.array([[self.m_eff, -self.first_moment[1]], [-self.first_moment[1], self.J_eff]])
-
-    def wheel_places(self, g: Array) -> Array:
-        """Returns where the wheels (left, right) of robots at poses g, shape (..., 3), touch the floor, (..., 2, 2)."""
-        xp = namespace(g)
-        across = self.half_separation * xp.stack([-xp.sin(g[..., 2]), xp.cos(g[..., 2])], axis=-1)
-        return xp.stack([g[..., :2] + across, g[..., :2] - across], axis=-2)
+class DiffDrive(WheeledBody):
+    """Reduced model of one robot, of the numbers of `WheeledBody`."""
 
     def ground_wrench(self, v: Array, omega: Array, u_x: Array, u_theta: Array, gravity: Gravity = LEVEL) -> Wrench:
         """Returns the wrench that wheel friction must supply, the friction demand.
@@ -120,7 +63,8 @@ class DiffDrive:
         """Returns the wheel torques (left, right) [N m], shape (..., 2), that accelerate the robot by (u_x, u_theta).
 
         The motors supply the longitudinal force and the moment of `ground_wrench` and the wheels' own spin-up,
-        `f = f_x + (2 I_w / r^2) u_x`, `t = tau + (2 I_w b^2 / r^2) u_theta`, split as `r/2 (f -+ t/b)`.
+        `f = f_x + (2 I_w / r^2) u_x`, `t = tau + (2 I_w b^2 / r^2) u_theta`, split as `r/2 (f -+ t/b)`, and the losses
+        `d w + c sign(w)` at each wheel's speed w; of a wheel at rest the sign is that of its acceleration.
 
         Args:
             v: forward velocity [m/s], any shape; the others broadcast with it.
@@ -135,7 +79,13 @@ class DiffDrive:
         spin = 2 * self.wheel_inertia / r**2
         half_force = (r / 2) * (f_x + spin * u_x)
         half_moment = (r / (2 * b)) * (tau + spin * b**2 * u_theta)
-        return xp.stack([half_force - half_moment, half_force + half_moment], axis=-1)
+        torque = xp.stack([half_force - half_moment, half_force + half_moment], axis=-1)
+        return torque + self.wheel_losses(v, omega, u_x, u_theta) if self.losses else torque
+
+    def wheel_losses(self, v: Array, omega: Array, u_x: Array, u_theta: Array) -> Array:
+        """Returns what friction at the wheel joints takes of `wheel_torques` [N m], shape (..., 2)."""
+        speed, rate = self.wheel_speeds(v, omega), self.wheel_speeds(u_x, u_theta)
+        return self.losses.viscous(speed) + self.losses.dry(speed, rate)
 
     @cached_property
     def ground_map(self) -> np.ndarray:
@@ -150,18 +100,12 @@ class DiffDrive:
 
     @cached_property
     def torque_map(self) -> np.ndarray:
-        """Matrix of `wheel_torques`, in the terms of `ground_map`, shape (6, 2)."""
+        """Matrix of `wheel_torques` without losses, in the terms of `ground_map`, shape (6, 2)."""
         r, b = self.wheel_radius, self.half_separation
         force, moment = self.ground_map[:, 0].copy(), self.ground_map[:, 2].copy()
         force[0] += 2 * self.wheel_inertia / r**2
         moment[1] += 2 * self.wheel_inertia * (b / r) ** 2
         return r / 2 * np.stack([force - moment / b, force + moment / b], axis=-1)
-
-    def wheel_speeds(self, v: Array, omega: Array) -> Array:
-        """Returns the speeds [rad/s] of wheels that roll without slip, (v -+ b omega)/r, shape (..., 2)."""
-        xp = namespace(v, omega)
-        across = self.half_separation * omega
-        return xp.stack([v - across, v + across], axis=-1) / self.wheel_radius
 
     def wheel_loads(self, v: Array, omega: Array, u_x: Array, u_theta: Array, gravity: Gravity = LEVEL) -> Array:
         """Returns the quasi-static normal forces (left, right) [N], shape (..., 2).
@@ -261,12 +205,20 @@ class DiffDrive:
         return self.friction_utilisation(v, omega, u_x, u_theta, friction, ground.gravity_at(g[..., 2]))
 
     def acceleration(self, v: Array, omega: Array, torque: Array) -> Array:
-        """Returns (u_x, u_theta) under wheel torques (left, right), both (..., 2); inverse of `wheel_torques`."""
+        """Returns (u_x, u_theta) under wheel torques (left, right), both (..., 2); inverse of `wheel_torques`.
+
+        A wheel at rest stays at rest as long as its dry friction can hold it.
+        """
         xp = namespace(v, omega, torque)
         m_x, _ = self.first_moment
         free = xp.stack([m_x * omega * omega, -m_x * omega * v], axis=-1)
-        given: Array = self.gained(torque) + free @ xp.asarray(np.linalg.inv(self.mass_matrix))
-        return given
+        speed = self.wheel_speeds(v, omega)
+        inertia = xp.asarray(np.linalg.inv(self.mass_matrix))
+        given: Array = self.gained(torque - self.losses.viscous(speed)) + free @ inertia
+        if not any(self.losses.dry_friction):
+            return given
+        rate = given @ xp.asarray(self.rolling_map.T)
+        return given - self.gained(self.losses.held(speed, rate, self.torque_gain @ self.rolling_map.T))
 
     def gained(self, torque: Array) -> Array:
         """Returns what wheel torques (left, right) add to (u_x, u_theta), both (..., 2)."""
@@ -276,8 +228,12 @@ class DiffDrive:
     @cached_property
     def torque_gain(self) -> np.ndarray:
         """Matrix of `gained`: rows left and right, columns u_x and u_theta, shape (2, 2)."""
-        r, b = self.wheel_radius, self.half_separation
-        return np.array([[1.0, -b], [1.0, b]]) / r @ np.linalg.inv(self.mass_matrix)
+        return self.torque_gain_over(0.0)
+
+    def torque_gain_over(self, step: float) -> np.ndarray:
+        """Returns the same for mean accelerations over a time step [s], see `mass_matrix_over`."""
+        gain: np.ndarray = self.rolling_map @ np.linalg.inv(self.mass_matrix_over(step))
+        return gain
 
 
 def utilisation(demand: Array, limit: Array) -> Array:

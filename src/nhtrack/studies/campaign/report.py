@@ -213,7 +213,7 @@ def _where(rows: pd.DataFrame) -> str:
 def _facts(tree: Mapping[str, Any]) -> list[tuple[str, str]]:
     backend = "MuJoCo" if tree["backend"] == "mujoco" else "ideal integrator"
     seeds = [("seed of the starts", str(tree["starts"]["seed"]))]
-    return [("backend", backend), ("robot", tree["robot"]), *seeds]
+    return [("backend", backend), ("robot", str(tree["robot"])), *seeds]
 
 
 # The table ------------------------------------------------------------------------------------------------------------

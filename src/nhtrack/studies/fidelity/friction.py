@@ -14,13 +14,13 @@ from nhtrack.ground import GRAVITY
 from nhtrack.robots.diff_drive import DiffDrive
 from nhtrack.simulation.state import State
 from nhtrack.studies.fidelity.bench import Bench, Finding
-from nhtrack.studies.fidelity.motion import drive_open_loop
+from nhtrack.studies.fidelity.motion import drive_open_loop, torque_share
 
 _BUDGET = 0.01
 _TRIED = 1 + np.linspace(-0.02, 0.02, 41)  # parameters tried side by side, in shares of the predicted limit
 _SLIDING = 1 - 1e-4  # utilisation from which a wheel counts as broken away
-_TORQUE_SHARE = 0.4  # of the motors' torque that friction may ask for: they must not be what limits
-_FASTEST_WHEEL = 0.8  # of the no-load speed, for the same reason
+_TORQUE_SHARE = 0.4  # of the motors' torque, less losses, that friction may ask for: they must not be what limits
+_FASTEST_WHEEL = 0.8  # of the top speed, for the same reason
 _SPEED_SHARE = 0.3  # of the top speed that manoeuvres start with
 
 Motion = tuple[float, float, float, float]  # v, omega, u_x, u_theta
@@ -37,7 +37,7 @@ class Manoeuvre:
 
 def manoeuvres(drive: DiffDrive) -> tuple[Manoeuvre, ...]:
     """Returns the directions in which a robot's friction is tried."""
-    v = _SPEED_SHARE * drive.wheel_radius * drive.motor.no_load_speed
+    v = _SPEED_SHARE * drive.top_speed
     return (
         Manoeuvre("speeding up", lambda s: (0.0, 0.0, s, 0.0), 0.03),
         Manoeuvre("braking", lambda s: (v, 0.0, -s, 0.0), 0.03),
@@ -80,9 +80,8 @@ def _friction_for(drive: DiffDrive, manoeuvre: Manoeuvre) -> float:
     friction = 0.3
     while True:
         motion = _arrays(manoeuvre.motion(_limit(drive, manoeuvre, friction)))
-        torque = np.abs(drive.wheel_torques(*motion)).max() / drive.motor.torque_limit
-        speed = np.abs(drive.wheel_speeds(motion[0], motion[1])).max() / drive.motor.no_load_speed
-        if torque <= _TORQUE_SHARE and speed <= _FASTEST_WHEEL:
+        speed = np.abs(drive.wheel_speeds(motion[0], motion[1])).max() * drive.wheel_radius / drive.top_speed
+        if torque_share(drive, motion) <= _TORQUE_SHARE and speed <= _FASTEST_WHEEL:
             return friction
         friction *= 0.8
 

@@ -19,7 +19,8 @@ _MOTIONS = np.random.default_rng(2024).uniform(-1, 1, (12, 5))  # theta, v, omeg
 def reduced_model(bench: Bench) -> Iterator[Finding]:
     """Yields how far S^T M S is from the reduced mass matrix, and inverse dynamics from the wheel torques.
 
-    S maps (v, omega) to MuJoCo's velocities under no slip. No contact is involved: recursive Newton-Euler gives the
+    MuJoCo's has what viscous friction adds in a step (`DiffDrive.mass_matrix_over`). S maps (v, omega) to MuJoCo's
+    velocities under no slip. No contact is involved: recursive Newton-Euler gives the
     forces that a prescribed motion takes, and their projection on S is what the motors supply.
     """
     scene = bench.scene()
@@ -34,17 +35,20 @@ def reduced_model(bench: Bench) -> Iterator[Finding]:
 def accelerations(bench: Bench) -> Iterator[Finding]:
     """Yields how far straight acceleration and spin under constant torques are from their closed forms.
 
-    `u_x = 2 tau / (r m_eff)` and `u_theta = 2 tau b / (r J_eff)`, with the wheels' and rotors' inertia in both. Over
-    ten steps from rest; in a spin what the offset of the CoM adds is then of the order of the turn squared.
+    `u_x = 2 tau / (r m_eff)` and `u_theta = 2 tau b / (r J_eff)`, with the wheels' and rotors' inertia in both, over
+    ten steps from rest, with what losses take on top. In a spin
+    what the offset of the CoM adds is then of the order of the turn squared.
     """
     scene = bench.scene()
     drive, at = scene.drive, scene.addresses
     torque = 0.02 * drive.motor.torque_limit
-    force = 2 * torque / drive.wheel_radius
-    straight = _acceleration(scene, np.array([torque, torque]))[at.root_qvel[0]]
-    spin = _acceleration(scene, np.array([-torque, torque]))[at.root_qvel[0] + 5]
-    cause = "regularised contacts give way by 1e-4 of the force while they load up"
+    force, zero = 2 * torque / drive.wheel_radius, np.zeros(())
     expected = force / drive.m_eff, force * drive.half_separation / drive.J_eff
+    ahead = drive.wheel_speeds(np.asarray(expected[0]), zero)
+    about = drive.wheel_speeds(zero, np.asarray(expected[1]))
+    straight = _acceleration(scene, np.array([torque, torque]), ahead)[at.root_qvel[0]]
+    spin = _acceleration(scene, np.array([-torque, torque]), about)[at.root_qvel[0] + 5]
+    cause = "regularised contacts give way by 1e-4 of the force while they load up"
     for name, found, closed in zip(("straight acceleration", "spin"), (straight, spin), expected, strict=True):
         yield bench.find(f"{name} under constant torque", abs(found / closed - 1), "1", 1e-5, cause)
 
@@ -88,7 +92,7 @@ def _matrix_error(scene: Scene, theta: float) -> float:
     """Returns the largest deviation of S^T M S from the reduced mass matrix, in shares of its diagonal."""
     S, M = _slip_free(scene, theta), np.zeros((scene.model.nv,) * 2)
     mujoco.mj_fullM(scene.model, _posed(scene, theta, np.zeros(scene.model.nv)), M)
-    expected = scene.drive.mass_matrix
+    expected = scene.drive.mass_matrix_over(scene.spec.timestep)
     scale = np.sqrt(np.outer(np.diag(expected), np.diag(expected)))
     return float(np.abs((S.T @ M @ S - expected) / scale).max())
 
@@ -103,19 +107,29 @@ def _torque_error(scene: Scene, motion: Array) -> float:
     data.qacc[root + 1] += v * omega * np.cos(theta)
     forces = np.empty(scene.model.nv)
     mujoco.mj_rne(scene.model, data, 1, forces)
-    work = S.T @ (forces + scene.model.dof_armature * data.qacc)  # rotors are no bodies, mj_rne leaves them out
-    drive = scene.drive
+    model, drive = scene.model, scene.drive
+    rotors = model.dof_armature - scene.spec.timestep / 2 * model.dof_damping  # no bodies, mj_rne leaves them out
+    losses = model.dof_damping * data.qvel + model.dof_frictionloss * np.sign(data.qvel)
+    work = S.T @ (forces + rotors * data.qacc + losses)
     left, right = drive.wheel_torques(np.asarray(v), np.asarray(omega), np.asarray(u_x), np.asarray(u_theta))
     r, b = drive.wheel_radius, drive.half_separation
     found = np.array([(left + right) / r, (right - left) / r])
     return float(np.abs(work / (1, b) - found).max() / (drive.mass * 9.81))
 
 
-def _acceleration(scene: Scene, torque: Array) -> Array:
-    """Returns MuJoCo's mean acceleration over ten steps from rest under constant wheel torques, shape (nv,)."""
+def _acceleration(scene: Scene, torque: Array, rate: Array) -> Array:
+    """Returns MuJoCo's mean acceleration over ten steps from rest under constant wheel torques, shape (nv,).
+
+    Args:
+        scene: of one robot.
+        torque: of the wheels [N m], shape (2,), beside what losses take.
+        rate: acceleration of the wheels that it should make [rad/s^2], shape (2,): losses go by the speed in a step.
+    """
+    losses, wheels = scene.drive.losses, scene.addresses.wheel_qvel[0]
     model, data, steps = scene.model, mujoco.MjData(scene.model), 10
     data.qpos = scene.qpos_of(np.zeros((1, 3)), np.zeros((1, 2)))
-    data.ctrl[scene.addresses.motors[0]] = torque
     for _ in range(steps):
+        speed = data.qvel[wheels] + model.opt.timestep / 2 * rate
+        data.ctrl[scene.addresses.motors[0]] = torque + losses.viscous(speed) + losses.dry(speed, rate)
         mujoco.mj_step(model, data)
     return np.asarray(data.qvel / (steps * model.opt.timestep))

@@ -77,15 +77,14 @@ def weave_within(drive: DiffDrive, share: float, friction: float = 1.0, duration
         duration: [s].
     """
     t = np.linspace(0, duration, 4001)
-    top = share * drive.wheel_radius * drive.motor.no_load_speed
+    top = share * drive.top_speed
 
     def weave(rhythm: float, slower: float = 1.0) -> Weave:
         return Weave(slower * _FORWARD * top, slower * _TURNING * top / drive.half_separation / 1.4, rhythm)
 
     def excess(wanted: Weave) -> float:
         rates = wanted.rates(t)
-        torque = np.abs(drive.wheel_torques(*rates)).max() / drive.motor.torque_limit
-        return float(max(torque, drive.friction_utilisation(*rates, friction).max()) - share)
+        return float(max(torque_share(drive, rates), drive.friction_utilisation(*rates, friction).max()) - share)
 
     slower = 1.0
     while excess(weave(_SLOWEST, slower)) > 0:
@@ -93,6 +92,13 @@ def weave_within(drive: DiffDrive, share: float, friction: float = 1.0, duration
     if excess(weave(_FASTEST, slower)) < 0:
         return weave(_FASTEST, slower)
     return weave(brentq(lambda rhythm: excess(weave(rhythm, slower)), _SLOWEST, _FASTEST, xtol=1e-3), slower)
+
+
+def torque_share(drive: DiffDrive, rates: tuple[Array, Array, Array, Array]) -> float:
+    """Returns the largest share that motions (v, omega, u_x, u_theta) use of the torque that losses leave."""
+    lost = drive.wheel_losses(*rates)
+    used = np.abs(drive.wheel_torques(*rates) - lost) / (drive.motor.torque_limit - np.abs(lost))
+    return float(used.max())
 
 
 @dataclass(frozen=True)

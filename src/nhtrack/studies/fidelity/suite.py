@@ -13,7 +13,7 @@ from nhtrack.errors import SimulationDiverged
 from nhtrack.execution import Processes
 from nhtrack.experiment.loop import Progress
 from nhtrack.files.folder import save_json
-from nhtrack.studies.fidelity import closed_loop, conservation, friction, model, open_loop, slip
+from nhtrack.studies.fidelity import closed_loop, conservation, friction, losses, model, open_loop, slip
 from nhtrack.studies.fidelity.bench import Bench, Finding
 from nhtrack.studies.run.run import versions
 
@@ -32,6 +32,7 @@ CHECKS: dict[str, Check] = {
         slip.ice,
         friction.friction_limits,
         friction.stopping_distance,
+        losses.coasting_down,
         conservation.energy,
         conservation.coasting,
         conservation.rest,
@@ -45,6 +46,7 @@ GROUPS = {
     open_loop: "Open loop: a drive without a law against an independent integrator",
     slip: "Slip and creep of tyres",
     friction: "Limits of friction",
+    losses: "Losses at the wheel joints",
     conservation: "Conservation, symmetry, repeatability",
     closed_loop: "Closed loop: the paper's examples against their ideal twins",
 }

@@ -10,8 +10,8 @@ from typing import NamedTuple
 from nhtrack.laws import Limits
 from nhtrack.presentation.numbers import cell
 from nhtrack.presentation.result_table import ResultTable, TableRow
+from nhtrack.robots.contract import Parts
 from nhtrack.robots.diff_drive import DiffDrive
-from nhtrack.robots.diff_drive.identification import Parts
 
 
 class Property(NamedTuple):

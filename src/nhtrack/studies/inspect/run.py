@@ -7,9 +7,7 @@ from pathlib import Path
 from nhtrack.errors import FeasibilityError
 from nhtrack.experiment.limits import motion_limits
 from nhtrack.ground import Ground
-from nhtrack.robots.diff_drive import identify
-from nhtrack.robots.diff_drive.identification import identify_parts
-from nhtrack.simulation.robot_models import load_robot, robot_path
+from nhtrack.simulation.robot_models import load_robot
 from nhtrack.studies.inspect.result import Inspection
 
 
@@ -24,12 +22,11 @@ def inspect(robot: str | Path, *, friction: float = 1.0, utilisation: float = 0.
     Raises:
         RobotError: no such robot, or none that can be driven: what is missing, doubled or of the wrong kind.
     """
-    path = robot_path(str(robot)).resolve()
-    model = load_robot(str(path))
-    drive = identify(model)
+    reading = load_robot(str(robot))
+    path, drive = reading.file.resolve(), reading.model
     try:
         limits = motion_limits(drive, Ground(friction), utilisation)
     except FeasibilityError:
         limits = None
     name = path.parent.name if path.name == "robot.xml" else path.stem
-    return Inspection(name, path, identify_parts(model), drive, limits, friction, utilisation)
+    return Inspection(name, path, reading.parts, drive, limits, friction, utilisation)

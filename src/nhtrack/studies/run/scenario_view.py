@@ -66,7 +66,7 @@ def _keys(scenario: Scenario) -> ResultTable:
         *_section(scenario.law, lambda key, value: key != "name" and value is not None),
         *_reference(scenario.leader.input),
         ("duration", f"{scenario.duration:g}", f"{on_robot} on the robot's clock"),
-        ("robot", scenario.robot, f"{scenario.backend} backend, {rate}"),
+        ("robot", scenario.robot.file, f"{scenario.backend} backend, {rate}"),
         *_section(scenario.physics, _tells),
     ]
     headings = ("what", "value", "meaning")

@@ -1,0 +1,126 @@
+"""What of a robot's file the reduced model does not know of, and what of it is left out."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import mujoco
+import numpy as np
+
+from nhtrack.robots.contract import Refusal
+from nhtrack.robots.diff_drive.roles import Roles
+from nhtrack.robots.reading.source import Source
+
+__all__ = ["leftovers", "unknown_to_model"]
+
+_EQ, _JOINT = mujoco.mjtEq, mujoco.mjtObj.mjOBJ_JOINT
+_OFF_AXIS = 1e-3  # mass of a wheel times its distance from the axis, over the robot's mass times the wheel's radius
+_UNROUND = 1e-2  # how far a wheel's inertia may be from one of revolution, over its own
+
+
+def unknown_to_model(source: Source, roles: Roles) -> Iterator[Refusal]:
+    """Yields what acts on wheels or weight and is neither modelled nor held."""
+    model = source.model
+    for joint in roles.wheels:
+        name, dof = source.element("joint", joint), int(model.jnt_dofadr[joint])
+        if model.jnt_limited[joint]:
+            low, high = model.jnt_range[joint]
+            yield Refusal(name, f"its range {low:.4g} {high:.4g} stops the wheel: remove it (limited='false')")
+        if model.jnt_stiffness[joint] or model.jnt_stiffnesspoly[joint].any():
+            yield Refusal(name, "a spring holds the wheel: remove its stiffness")
+        if model.dof_dampingpoly[dof].any():
+            yield Refusal(name, "its damping is no constant: give it one number")
+        yield from _unbalanced(source, roles, joint)
+    yield from _coupled(source, roles)
+    yield from _floating(source, roles)
+
+
+def _coupled(source: Source, roles: Roles) -> Iterator[Refusal]:
+    """Yields what ties driven wheels or casters to anything else."""
+    model, moving = source.model, {*roles.wheels, *roles.swivels}
+    bodies = {body for body in source.subtree(roles.root) if roles.link_of(source, body) in moving}
+    inside = set(source.subtree(roles.root))
+    for e in range(model.neq):
+        one, two = int(model.eq_obj1id[e]), int(model.eq_obj2id[e])
+        if not model.eq_active0[e]:
+            continue
+        if model.eq_type[e] == _EQ.mjEQ_JOINT and {one, two} & moving:
+            yield Refusal(source.element("equality", e), "it couples a wheel to another joint: remove it")
+        elif (
+            _EQ(int(model.eq_type[e])) in (_EQ.mjEQ_CONNECT, _EQ.mjEQ_WELD)
+            and model.eq_objtype[e] == mujoco.mjtObj.mjOBJ_BODY
+        ):
+            if {one, two} & bodies:
+                yield Refusal(source.element("equality", e), "it ties a wheel to another body: remove it")
+            elif len({one, two} & inside) == 1:
+                yield Refusal(source.element("equality", e), "it ties the robot to something outside it: remove it")
+    for t in range(model.ntendon):
+        first, count = int(model.tendon_adr[t]), int(model.tendon_num[t])
+        joints = {int(model.wrap_objid[w]) for w in range(first, first + count) if model.wrap_type[w] == 1}
+        acts = model.tendon_stiffness[t], model.tendon_damping[t], model.tendon_frictionloss[t]
+        if joints & moving and (any(np.any(each) for each in acts) or model.tendon_limited[t]):
+            yield Refusal(source.element("tendon", t), "it springs, brakes or stops a wheel: remove that")
+
+
+def _unbalanced(source: Source, roles: Roles, joint: int) -> Iterator[Refusal]:
+    """Yields that a wheel's mass does not turn about its axis."""
+    model, data = source.model, source.data
+    bodies = [b for b in source.subtree(int(model.jnt_bodyid[joint])) if model.body_mass[b] > 0]
+    mass = float(sum(model.body_mass[b] for b in bodies))
+    axis, anchor = source.axis(joint), source.anchor(joint)
+    if not mass:
+        return
+    middle = sum(model.body_mass[b] * data.xipos[b] for b in bodies) / mass
+    off = float(np.linalg.norm(np.cross(middle - anchor, axis)))
+    total = float(model.body_subtreemass[roles.root])
+    low = min((source.bottom(g) for g in source.geoms_of(bodies)), default=anchor[2] - 1.0)
+    if mass * off > _OFF_AXIS * total * max(anchor[2] - low, 1e-9):
+        yield Refusal(
+            source.element("joint", joint),
+            f"the wheel is eccentric: its centre of mass lies {off:.3g} m off its axis; put it on the axis",
+        )
+
+
+def _floating(source: Source, roles: Roles) -> Iterator[Refusal]:
+    """Yields bodies whose weight MuJoCo takes away, unless they are arms, which are held: their weight then counts."""
+    model = source.model
+    for body in source.subtree(roles.root):
+        arm = [*source.chain(body), *source.subtree(body)] if body != roles.root else []
+        held = any(j in roles.held for each in arm for j in source.joints_of(each))
+        weightless = float(model.body_gravcomp[body] * model.body_mass[body])
+        if weightless and not held and abs(weightless) > 1e-6 * model.body_subtreemass[roles.root]:
+            yield Refusal(
+                source.element("body", body), f"gravcomp {model.body_gravcomp[body]:g} takes its weight off: remove it"
+            )
+
+
+def leftovers(source: Source, roles: Roles) -> Iterator[str]:
+    """Yields what of a file is left out, a sentence each."""
+    model, inside = source.model, set(source.subtree(roles.root))
+    if not any(model.jnt_type[j] == mujoco.mjtJoint.mjJNT_FREE for j in source.joints_of(roles.root)):
+        yield f"{source.element('body', roles.root)} has no free joint: it gets one"
+    outside = [g for g in range(model.ngeom) if int(model.geom_bodyid[g]) not in inside]
+    bodies = [source.name("body", b) for b in range(1, model.nbody) if b not in inside]
+    parts = [f"{len(outside)} geoms of the world" if outside else "", f"{model.nlight} lights" if model.nlight else ""]
+    if bodies:
+        parts.append(f"the bodies {_some(bodies)}")
+    parts += [f"{count} {what}" for count, what in ((model.nsensor, "sensors"), (model.nkey, "keys")) if count]
+    if any(parts):
+        yield f"left out: {', '.join(part for part in parts if part)}; options and contact settings are the scene's"
+    if roles.held:
+        names = [source.name("joint", j) for j in roles.held]
+        pulled = [
+            a for a in range(model.nu) if not any(p.actuator == a for p in roles.pulls if p.joint in roles.wheels)
+        ]
+        yield (
+            f"held: {len(names)} joints ({_some(names)}), their masses counted"
+            + (f"; {len(pulled)} actuators of theirs left out" if pulled else "")
+        )
+    if roles.swivels:
+        names = [source.name("joint", j) for j in roles.swivels]
+        yield f"casters swing freely about {_some(names)}: the reduced model does not know of it, the gap shows it"
+
+
+def _some(names: Sequence[str]) -> str:
+    """Returns the first few of many names."""
+    return ", ".join(names[:6]) + (" ..." if len(names) > 6 else "")

@@ -1,0 +1,41 @@
+"""The kinds of robots there are: those of the folders of this room that define one."""
+
+from __future__ import annotations
+
+from functools import cache
+from importlib import import_module
+from pathlib import Path
+from pkgutil import iter_modules
+
+from nhtrack.robots.contract import Hints, Kind, Reading, RefusedRobot
+from nhtrack.robots.reading.files import load_source
+
+_ROOM = __name__.rpartition(".")[0]
+
+
+@cache
+def robot_kinds() -> tuple[Kind, ...]:
+    """Returns the kinds, by name."""
+    folders = [module.name for module in iter_modules(import_module(_ROOM).__path__) if module.ispkg]
+    found = [getattr(import_module(f"{_ROOM}.{name}"), "KIND", None) for name in sorted(folders)]
+    return tuple(kind for kind in found if isinstance(kind, Kind))
+
+
+def read_file(file: Path, hints: Hints | None = None) -> Reading:
+    """Returns the robot of a file as the first kind reads it that knows it.
+
+    Args:
+        file: an MJCF or URDF file, or a folder with one.
+        hints: what it cannot say itself.
+
+    Raises:
+        RefusedRobot: no kind knows it; all reasons of the kind that has the fewest.
+        RobotError: it cannot be found or compiled.
+    """
+    source, refused = load_source(file, hints or Hints()), list[RefusedRobot]()
+    for kind in robot_kinds():
+        try:
+            return kind.read(source)
+        except RefusedRobot as error:
+            refused.append(error)
+    raise min(refused, key=lambda error: len(error.refusals))
