@@ -87,7 +87,9 @@ class Network:
         root = next(name for name, others in parents.items() if not others)
         names = (root, *(name for name in parents if name != root))
         index = {name: i for i, name in enumerate(names)}
-        levels = tuple(np.array(sorted(index[name] for name in level), dtype=np.intp) for level in generations(parents))
+        levels = tuple(
+            np.array(sorted(index[name] for name in level), dtype=np.intp) for level in generations(parents)
+        )
         folds = tuple(given.get(name, equal_weights(len(parents[name]))) for name in names)
         return cls(names, tuple(tuple(index[parent] for parent in parents[name]) for name in names), folds, levels)
 
@@ -117,7 +119,9 @@ def equal_weights(parents: int) -> tuple[float, ...]:
     return tuple(1 / (fold + 1) for fold in range(1, parents))
 
 
-def weight_faults(parents: Mapping[str, Sequence[str]], weights: Mapping[str, Sequence[float]]) -> list[NetworkFault]:
+def weight_faults(
+    parents: Mapping[str, Sequence[str]], weights: Mapping[str, Sequence[float]]
+) -> list[NetworkFault]:
     """Returns what keeps weights from being those of a mapping from robot to parents; empty if nothing does."""
     faults = []
     for name, values in weights.items():
@@ -179,7 +183,9 @@ def _root_faults(parents: Mapping[str, Sequence[str]]) -> Iterator[NetworkFault]
         yield NetworkFault(next(iter(parents)), None, "every robot has parents, so nobody leads")
     for name in roots[1:]:
         others = [other for other in parents if other != name]
-        yield NetworkFault(name, None, f"no parents: a follower tracks someone; available: {', '.join(others)}")
+        yield NetworkFault(
+            name, None, f"no parents: a follower tracks someone; available: {', '.join(others)}"
+        )
 
 
 def _parent_faults(parents: Mapping[str, Sequence[str]]) -> Iterator[NetworkFault]:

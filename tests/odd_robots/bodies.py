@@ -65,23 +65,18 @@ def caster_on_three_hinges(robot: ET.Element) -> None:
     add(body, '<geom name="caster" type="sphere" size="0.02"/>')
 
 
-@habit(
-    "casters",
-    adds=((0.02, (-0.07, 0, -0.02)), (0.03, (-0.082, 0, -0.032))),
-    casters=((-0.082, 0.0),),
-)
+@habit("casters", adds=((0.002, (-0.07, 0, -0.02)), (0.003, (-0.082, 0, -0.038))), casters=((-0.082, 0.0),))
 def swivel_caster(robot: ET.Element) -> None:
+    # Light beside its robot: what it adds to a robot's inertia, and how it swings, the reduced model does not know.
     chassis = _without_caster(robot)
     fork = add(chassis, '<body name="fork" pos="-0.07 0 -0.02"/>')
-    add(fork, _INERTIAL.format(0.02, 2e-6, 2e-6, 2e-6))
-    add(fork, '<joint name="swivel" axis="0 0 1" damping="1e-4"/>')
-    wheel = add(fork, '<body name="caster_wheel" pos="-0.012 0 -0.012"/>')
-    add(wheel, _INERTIAL.format(0.03, 3e-6, 5e-6, 3e-6))
+    add(fork, _INERTIAL.format(0.002, 1e-7, 1e-7, 1e-7))
+    add(fork, '<joint name="swivel" axis="0 0 1" damping="1e-7"/>')
+    wheel = add(fork, '<body name="caster_wheel" pos="-0.012 0 -0.018"/>')
+    add(wheel, _INERTIAL.format(0.003, 1.2e-7, 2.2e-7, 1.2e-7))
     add(wheel, '<joint name="caster_axle" axis="0 1 0"/>')
-    add(
-        wheel,
-        '<geom name="caster" type="cylinder" size="0.018 0.005" quat="0.7071067811865476 0.7071067811865476 0 0"/>',
-    )
+    tyre = add(wheel, '<geom name="caster" type="cylinder" size="0.012 0.004"/>')
+    tyre.set("quat", "0.7071067811865476 0.7071067811865476 0 0")
 
 
 def _lean(rise: float) -> float:

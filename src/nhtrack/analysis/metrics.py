@@ -188,3 +188,5 @@ def _smallest(values: np.ndarray) -> np.ndarray:
 def _plain(value: float) -> float | None:
     """Returns a JSON number, or None for what JSON has no number for."""
     return float(value) if np.isfinite(value) else None
+
+

@@ -19,7 +19,8 @@ from nhtrack.experiment.recorder import FullRecorder, Recorder
 from nhtrack.laws import Law, Limits
 from nhtrack.network import Network
 from nhtrack.similarity import Similarity
-from nhtrack.simulation.robot_models import RobotModels, read_robot
+from nhtrack.simulation.guard import read_sound_robot
+from nhtrack.simulation.robot_models import RobotModels
 from nhtrack.simulation.spec import SceneSpec
 from nhtrack.simulation.state import State
 
@@ -103,7 +104,7 @@ def build(scenario: Scenario, robot: RobotModels | None = None) -> Experiment:
     dt = 1.0 / scenario.control_rate
     middles = similarity.times_to_scenario((np.arange(scenario.periods) + 0.5) * dt)
     scene = make_scene_spec(scenario)
-    robot = robot or read_robot(scene)
+    robot = robot or read_sound_robot(scene)
     robot.require(scene)
     return Experiment(
         network=network,
@@ -143,7 +144,7 @@ def robot_of(scenario: Scenario) -> RobotModels:
     Raises:
         RobotError: the robot cannot be found, compiled or driven.
     """
-    return read_robot(make_scene_spec(scenario))
+    return read_sound_robot(make_scene_spec(scenario))
 
 
 def make_limits(scenario: Scenario, robot: RobotModels | None = None) -> Limits | None:

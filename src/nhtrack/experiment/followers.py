@@ -143,7 +143,9 @@ def make_scratch(robots: int) -> Scratch:
 
 
 @compiled_loop
-def begin_followers(followers: Followers, memories: Memories, g: np.ndarray, xi: np.ndarray, scratch: Scratch) -> int:
+def begin_followers(
+    followers: Followers, memories: Memories, g: np.ndarray, xi: np.ndarray, scratch: Scratch
+) -> int:
     """Gives every follower of all simulations its first memory; returns the first one whose law raised, or -1.
 
     Leaders are seen as if nothing had been commanded.
@@ -221,7 +223,9 @@ def _see(
         )
     x, y = followers.offsets[robot, 0], followers.offsets[robot, 1]
     if x != 0.0 or y != 0.0:
-        leader, rate = displace(leader, x, y, followers.exact_place, followers.dead_zone_speed, followers.rate_limit)
+        leader, rate = displace(
+            leader, x, y, followers.exact_place, followers.dead_zone_speed, followers.rate_limit
+        )
         if followers.exact_place:
             before, limit = memories.rate[b, robot], followers.rate_limit * followers.rate_limit
             second = 0.0 if math.isnan(before) else min(max((rate - before) / followers.dt, -limit), limit)

@@ -19,9 +19,12 @@ from nhtrack.errors import RobotError, did_you_mean
 from nhtrack.robots.contract import Hints, is_robot_file
 from nhtrack.section import Finding
 
+_SWINGING = 0.01  # how much less or more a push may do before it is told
+
 if TYPE_CHECKING:
     from nhtrack.experiment.build import Experiment
     from nhtrack.robots.diff_drive import DiffDrive
+    from nhtrack.simulation.robot_models import RobotModels
 
 
 def robot_findings(tree: Mapping[str, Any], directory: FilePath) -> Iterator[Finding]:
@@ -56,10 +59,10 @@ def _findings(effects: tuple[Effect, ...], robot: RobotSection, at: Path) -> Ite
     @cache
     def plant() -> DiffDrive:
         # MuJoCo takes a while to import, and few effects and only a robot of the user's own need it here.
-        from nhtrack.simulation.robot_models import read_robot
+        from nhtrack.simulation.guard import read_sound_robot
         from nhtrack.simulation.spec import SceneSpec
 
-        return read_robot(SceneSpec(("robot",), robot.file, hints=robot.hints, effects=effects)).plant
+        return read_sound_robot(SceneSpec(("robot",), robot.file, hints=robot.hints, effects=effects)).plant
 
     if is_robot_file(robot.file) or robot.hints != Hints():
         try:
@@ -75,9 +78,30 @@ def _findings(effects: tuple[Effect, ...], robot: RobotSection, at: Path) -> Ite
         yield from ((("physics", effect.key, *path), message) for path, message in found)
 
 
-def effect_warnings(experiment: Experiment) -> tuple[str, ...]:
-    """Returns what the effects will do to robots that merely stand where they begin, in sentences."""
-    spec = experiment.scene
+def robot_notes(experiment: Experiment) -> tuple[str, ...]:
+    """Returns what was read otherwise than the file of a robot has it, or left out, in sentences."""
+    reading = experiment.robot.reading
+    return tuple(f"{reading.file.name}: {note}" for note in reading.notes)
+
+
+def robot_warnings(experiment: Experiment) -> tuple[str, ...]:
+    """Returns what will part robots from their reduced model, and what effects do to robots at rest, in sentences."""
+    spec, robot = experiment.scene, experiment.robot
     heading = experiment.start.g[spec.first_body :, 2]
-    robots = RobotsAtRest(spec.bodies, heading, experiment.robot.plant, spec.ground)
-    return tuple(warning for effect in spec.effects for warning in effect.warnings(robots))
+    at_rest = RobotsAtRest(spec.bodies, heading, robot.plant, spec.ground)
+    return (*_swinging(robot), *(warning for effect in spec.effects for warning in effect.warnings(at_rest)))
+
+
+def _swinging(robot: RobotModels) -> Iterator[str]:
+    """Yields what swivel casters make of a short push from rest, which the reduced model does not know of."""
+    if not robot.parts.rolling_casters:
+        return
+    from nhtrack.simulation.guard import examine
+
+    for figure in examine(robot.reading):
+        if figure.expected > 0 and abs(figure.found / figure.expected - 1) > _SWINGING and figure.unit in ("m", "rad"):
+            share = 100 * figure.found / figure.expected
+            yield (
+                f"casters swing and roll, which the reduced model does not know of: the {figure.quantity} is {share:.0f} "
+                "% of what it says, so wheels will part from their ideal twin"
+            )

@@ -101,7 +101,9 @@ def _take(
 
 
 @compiled_inside
-def _take_error(figures: Statistics, limits: SettlingLimits, late: int, b: int, period: int, row: np.ndarray) -> None:
+def _take_error(
+    figures: Statistics, limits: SettlingLimits, late: int, b: int, period: int, row: np.ndarray
+) -> None:
     """Adds a follower's error."""
     distance = math.hypot(row[_ERROR], row[_ERROR + 1])
     heading = abs(row[_ERROR + 2])

@@ -90,4 +90,6 @@ def warnings(gains: Gains, limits: Limits) -> tuple[str, ...]:
     critical = 2 * sqrt(gains.kp)
     if gains.kd >= critical:
         return ()
-    return (f"kd = {gains.kd:g} is below 2 sqrt(kp) = {critical:g}: errors overshoot, and v passes the singularity",)
+    return (
+        f"kd = {gains.kd:g} is below 2 sqrt(kp) = {critical:g}: errors overshoot, and v passes the singularity",
+    )

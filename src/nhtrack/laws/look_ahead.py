@@ -31,7 +31,9 @@ class Gains(NamedTuple):
     The defaults suit leaders of about 1 m/s and starts 10 m away.
     """
 
-    distance: Annotated[float, Gain("L", "how far ahead of the axle the point is", search=(1e-3, 0.2), above=0.0)] = 0.5
+    distance: Annotated[
+        float, Gain("L", "how far ahead of the axle the point is", search=(1e-3, 0.2), above=0.0)
+    ] = 0.5
     k: Annotated[float, Gain("1/T", "gain on the point's distance", search=DAMPING, above=0.0)] = 1.0
     k_inner: InnerGain = 5.0
     dead_zone_speed: PlaceDeadZoneSpeed = 1e-3

@@ -291,6 +291,7 @@ def make_recording(
     used = {dim for name in variables for dim in VARIABLES[name].dims}
     coordinates |= {dim: np.array(labels, dtype=object) for dim, labels in COMPONENTS.items() if dim in used}
     plain = {
-        key: value if isinstance(value, (str, int, float)) else json.dumps(value) for key, value in attributes.items()
+        key: value if isinstance(value, (str, int, float)) else json.dumps(value)
+        for key, value in attributes.items()
     }
     return Recording(xr.Dataset(data, coordinates, {"format_version": FORMAT_VERSION} | plain))

@@ -61,7 +61,9 @@ class _Normalise(ast.NodeTransformer):
         self.generic_visit(node)
         if isinstance(node.func, ast.Name) and node.func.id == "where":
             if len(node.args) != 3:
-                raise ReferenceInputError(f"where(condition, a, b) takes three arguments, got {len(node.args)}")
+                raise ReferenceInputError(
+                    f"where(condition, a, b) takes three arguments, got {len(node.args)}"
+                )
             condition, chosen, otherwise = node.args
             return ast.copy_location(ast.IfExp(condition, chosen, otherwise), node)
         return node
@@ -83,7 +85,9 @@ def _as_float(value: float) -> float:
 def _parse(text: str) -> ast.Expression:
     """Returns the syntax tree of an expression in t, with every name and construct in it known."""
     if len(text) > LONGEST_EXPRESSION:
-        raise ReferenceInputError(f"an expression may have {LONGEST_EXPRESSION} characters, this has {len(text)}")
+        raise ReferenceInputError(
+            f"an expression may have {LONGEST_EXPRESSION} characters, this has {len(text)}"
+        )
     if not text.strip():
         raise ReferenceInputError("the expression is empty; write a number or a formula in t")
     try:
@@ -120,7 +124,9 @@ def _require_known_names(tree: ast.Expression) -> None:
         if not isinstance(node, ast.Name):
             raise ReferenceInputError("only functions can be called in an expression")
         if node.id not in functions:
-            raise ReferenceInputError(f"unknown function {node.id!r}; {did_you_mean(node.id, sorted(functions))}")
+            raise ReferenceInputError(
+                f"unknown function {node.id!r}; {did_you_mean(node.id, sorted(functions))}"
+            )
     for name in (node for node in ast.walk(tree) if isinstance(node, ast.Name) and node not in called):
         if name.id in functions:
             raise ReferenceInputError(f"{name.id!r} is a function: write {name.id}(...)")
@@ -161,7 +167,9 @@ class Expression:
         evaluator = SimpleEval(operators=_OPERATORS, functions=FUNCTIONS, names=names)
         if constant and times.size:
             return np.full(times.shape, self._value(evaluator, names, float(times[0])))
-        return np.array([self._value(evaluator, names, float(instant)) for instant in times], dtype=np.float64)
+        return np.array(
+            [self._value(evaluator, names, float(instant)) for instant in times], dtype=np.float64
+        )
 
     def _value(self, evaluator: SimpleEval, names: dict[str, float], t: float) -> float:
         names["t"] = t

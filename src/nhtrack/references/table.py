@@ -35,7 +35,9 @@ class Table:
     def __post_init__(self) -> None:
         times, values = np.asarray(self.times), np.asarray(self.values)
         if times.size == 0 or times.shape != values.shape:
-            raise ReferenceInputError(f"a table needs as many times as values, got {times.size} and {values.size}")
+            raise ReferenceInputError(
+                f"a table needs as many times as values, got {times.size} and {values.size}"
+            )
         if not (np.isfinite(times).all() and np.isfinite(values).all()):
             raise ReferenceInputError("a table may hold finite numbers only")
         if times.size > 1 and (late := np.flatnonzero(np.diff(times) <= 0)).size:
@@ -49,7 +51,9 @@ class Table:
         times, values = np.asarray(self.times), np.asarray(self.values)
         if self.interpolation == "linear":
             return np.asarray(np.interp(t, times, values), dtype=np.float64)
-        starts = times - 1e-12 * np.abs(times)  # as in `Segments`: an instant a rounding early counts as on time
+        starts = times - 1e-12 * np.abs(
+            times
+        )  # as in `Segments`: an instant a rounding early counts as on time
         index = np.searchsorted(starts, t, side="right") - 1
         return np.asarray(values[np.clip(index, 0, None)], dtype=np.float64)
 

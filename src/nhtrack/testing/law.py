@@ -94,9 +94,7 @@ class LawContract:
         """Claim `turns`."""
         for own, others in ((1, 0), (0, -1), (-3, 2)):
             self._require_kept(
-                self.turns,
-                lambda walk, own=own, others=others: walk.wound(own, others),
-                f"{own} and {others} turns on",  # type: ignore[misc]
+                self.turns, lambda walk, own=own, others=others: walk.wound(own, others), f"{own} and {others} turns on"  # type: ignore[misc]
             )
 
     def test_left_is_as_right(self) -> None:

@@ -147,9 +147,7 @@ class SimulationContract:
         for shape in ((3,), (2, 3, 2), (2, 3)):
             bad = State(0.0, np.zeros(shape), np.zeros((3, 3)))
             self._require_raised(
-                ValueError,
-                "expected g and xi of shape (..., n, 3)",
-                lambda bad=bad: self.make().reset(bad),  # type: ignore[misc]
+                ValueError, "expected g and xi of shape (..., n, 3)", lambda bad=bad: self.make().reset(bad)  # type: ignore[misc]
             )
 
     def test_a_command_that_is_not_finite_names_robot_and_time(self) -> None:

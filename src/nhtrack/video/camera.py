@@ -59,7 +59,9 @@ class Lens:
     horizontal: float
 
 
-def plan_camera(name: str, pose: np.ndarray, fovy: float, aspect: float, fps: int, scale: float = 1.0) -> CameraPath:
+def plan_camera(
+    name: str, pose: np.ndarray, fovy: float, aspect: float, fps: int, scale: float = 1.0
+) -> CameraPath:
     """Returns the path of one of `CAMERAS` over a film.
 
     Args:

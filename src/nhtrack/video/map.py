@@ -32,7 +32,9 @@ class Map:
         middle: of what it shows [m], shape (2,).
     """
 
-    def __init__(self, timeline: Timeline, colour: Callable[[int], str], width: int, tallest: int, unit: float) -> None:
+    def __init__(
+        self, timeline: Timeline, colour: Callable[[int], str], width: int, tallest: int, unit: float
+    ) -> None:
         positions = timeline.pose[..., :2]
         low, high = positions.min(axis=(0, 1)), positions.max(axis=(0, 1))
         room = np.maximum(high - low, 0.2)

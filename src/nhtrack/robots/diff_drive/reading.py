@@ -16,6 +16,7 @@ from nhtrack.robots.diff_drive.stance import read_stance
 from nhtrack.robots.diff_drive.tyres import Axle, read_axle, read_tyre
 from nhtrack.robots.diff_drive.writing import Found, write_robot
 from nhtrack.robots.reading.source import Source
+from nhtrack.robots.reading.standard import bare
 
 __all__ = ["KIND"]
 
@@ -41,7 +42,7 @@ def read(source: Source) -> Reading:
         raise RefusedRobot(source.file, [*refusals, *own])
     mjcf, parts, sources = write_robot(Found(source, roles, axle, stance))
     try:
-        alone = mujoco.MjModel.from_xml_string(mjcf)
+        alone = mujoco.MjModel.from_xml_string(bare(mjcf))
     except ValueError as error:
         raise RefusedRobot(source.file, [Refusal("", f"its standard form does not compile: {error}")]) from error
     model = identify(alone, parts, motor)

@@ -20,7 +20,7 @@ from nhtrack.robots.reading.looks import copy_assets
 from nhtrack.robots.reading.shapes import SOLID
 from nhtrack.robots.reading.source import Source
 
-__all__ = ["Link", "Names", "inertia_of", "pairs_apart", "text", "write_document", "write_link"]
+__all__ = ["Link", "Names", "bare", "inertia_of", "pairs_apart", "text", "write_document", "write_link"]
 
 _ROUNDING = 1e-14  # of a sum of moments of inertia
 _HIDDEN = 3  # the first group of geoms that is not drawn
@@ -199,3 +199,20 @@ def pairs_apart(links: Sequence[str], joined: Sequence[tuple[str, str]]) -> Iter
         for two in links[i + 1 :]:
             if frozenset((one, two)) not in together:
                 yield one, two
+
+
+def bare(mjcf: str) -> str:
+    """Returns a standard form without what is only seen, which compiles in no time whatever its meshes are."""
+    root = ET.fromstring(mjcf)
+    for body in root.iter("body"):
+        for geom in body.findall("geom"):
+            if geom.get("contype") == "0" and geom.get("conaffinity") == "0":
+                body.remove(geom)
+            else:
+                geom.attrib.pop("material", None)
+    used = {geom.get("mesh") for geom in root.iter("geom")}
+    for assets in root.findall("asset"):
+        for each in list(assets):
+            if each.tag != "mesh" or each.get("name") not in used:
+                assets.remove(each)
+    return ET.tostring(root, encoding="unicode")

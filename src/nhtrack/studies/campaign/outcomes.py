@@ -21,7 +21,9 @@ def statistics_of(campaign: Campaign, experiment: Experiment) -> RunStatistics:
     return RunStatistics(limits, late, experiment.law.kind.modes)
 
 
-def outcomes_of(statistics: RunStatistics, campaign: Campaign, experiment: Experiment, lost: Array) -> dict[str, Array]:
+def outcomes_of(
+    statistics: RunStatistics, campaign: Campaign, experiment: Experiment, lost: Array
+) -> dict[str, Array]:
     """Returns figures by the columns of `nhtrack.studies.campaign.tables`, in scenario units, shape (b,).
 
     Args:

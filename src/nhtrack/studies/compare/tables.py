@@ -61,7 +61,9 @@ _TRACKING = ("late_position_error", "late_heading_error", "settling_time")
 _ASKING = ("gap_position_rms", "peak_utilisation", "torque_saturation_share", "effort_x", "effort_theta")
 
 
-def _table(title: str, found: Comparison, measures: Sequence[str], *notes: str, outcome: bool = False) -> ResultTable:
+def _table(
+    title: str, found: Comparison, measures: Sequence[str], *notes: str, outcome: bool = False
+) -> ResultTable:
     """Returns a table with a row for each law, the best value of each column marked, and how its run ended."""
     standings = found.standings
     first, rows = best(standings), list[TableRow]()

@@ -144,7 +144,9 @@ def ideal_motion(experiment: Experiment, progress: Progress | None = None) -> tu
     Raises:
         SimulationDiverged: the law raised an exception.
     """
-    simulation = IdealSimulation(experiment.network.names, None, experiment.dt, keep_going=True, size=experiment.size)
+    simulation = IdealSimulation(
+        experiment.network.names, None, experiment.dt, keep_going=True, size=experiment.size
+    )
     run = experiment.rollout(simulation, progress)
     run.require_whole()  # a robot that runs away is lost, and no failure
     return run, bool(simulation.lost.any())

@@ -15,7 +15,9 @@ from nhtrack.terminal.progress import shown_progress
 
 @app.command()
 def paper(
-    out: Annotated[Path | None, typer.Option(help="Results folder; by default a fresh runs/paper-<n>/.")] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="Results folder; by default a fresh runs/paper-<n>/.")
+    ] = None,
     examples: Annotated[str, typer.Option(metavar="N,N...", help="Which examples.")] = "1,2,3,4,5",
     backend: Annotated[Backend, typer.Option(help="ideal leaves MuJoCo out.")] = Backend.mujoco,
     source: Annotated[

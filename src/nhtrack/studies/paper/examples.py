@@ -52,7 +52,9 @@ class Example:
     figures: tuple[PaperFigure, ...]
 
 
-def _paths(scenario: str, fractions: Sequence[float], title: str, *, joined: bool = False) -> Callable[[Runs], Figure]:
+def _paths(
+    scenario: str, fractions: Sequence[float], title: str, *, joined: bool = False
+) -> Callable[[Runs], Figure]:
     def draw(runs: Runs) -> Figure:
         from nhtrack.studies.paper.figure import panels, tracks
 
@@ -167,5 +169,7 @@ def examples_of(numbers: Sequence[int]) -> list[Example]:
     """
     for number in numbers:
         if number not in EXAMPLES:
-            raise ExampleError(f"no Example {number} in the paper; {did_you_mean(str(number), map(str, EXAMPLES))}")
+            raise ExampleError(
+                f"no Example {number} in the paper; {did_you_mean(str(number), map(str, EXAMPLES))}"
+            )
     return [EXAMPLES[number] for number in sorted(set(numbers))]

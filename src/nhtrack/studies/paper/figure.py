@@ -70,7 +70,9 @@ def tracks(recording: Recording, *, joined: bool = False) -> Tracks:
     pose = recording["pose"].values / scale
     ideal = recording["ideal_pose"].values / scale if recording.backend != "ideal" else None
     places = {name: place for place, name in enumerate(recording.robots)}
-    pairs = [(places[parent], places[name]) for name, others in recording.parents.items() for parent in others]
+    pairs = [
+        (places[parent], places[name]) for name, others in recording.parents.items() for parent in others
+    ]
     return Tracks(recording.robots, time, pose, ideal, recording.length_scale, tuple(pairs) if joined else ())
 
 
@@ -113,7 +115,9 @@ def panels(shown: Tracks, fractions: Sequence[float], title: str, shared_start: 
         if shared_start is not None:
             _mark_start(axes, pose[0, shared_start])
         for ends in shown.edges:
-            axes.plot(*pose[-1, ends, :2].T, color="#888888", linewidth=0.9, linestyle=(0, (2, 2)), zorder=2.6)
+            axes.plot(
+                *pose[-1, ends, :2].T, color="#888888", linewidth=0.9, linestyle=(0, (2, 2)), zorder=2.6
+            )
         draw_glyphs(axes, pose)
         if len(fractions) > 1:
             panel_title(axes, "abcdefgh"[k], f"$t$ = {fraction:.0%} $T$ = {shown.time[len(pose) - 1]:.4g} s")
@@ -217,7 +221,9 @@ def _finish(figure: Figure, shown: Tracks, title: str, extra: Sequence[Line2D] =
         "markeredgecolor": "white",
         "markeredgewidth": 0.4,
     }
-    entries = [Line2D([], [], color=robot_colour(i), label=name, **dart) for i, name in enumerate(shown.names)]
+    entries = [
+        Line2D([], [], color=robot_colour(i), label=name, **dart) for i, name in enumerate(shown.names)
+    ]
     if shown.ideal is not None:
         entries.append(Line2D([], [], color="#666666", linewidth=1.2, label="MuJoCo"))
         entries.append(Line2D([], [], color="#666666", linewidth=5.0, alpha=0.28, label="ideal twin"))

@@ -132,7 +132,9 @@ def _section(runs: ExampleRuns, folder: str) -> str:
 def settings(scenario: Scenario) -> list[str]:
     """Returns input, duration, gains and scales of a scenario, a line each."""
     law, scale = scenario.law, scenario.similarity
-    gains = ", ".join(f"{name} = {getattr(law, name):g}" for name in ("kp", "kd", "ke", "k") if hasattr(law, name))
+    gains = ", ".join(
+        f"{name} = {getattr(law, name):g}" for name in ("kp", "kd", "ke", "k") if hasattr(law, name)
+    )
     lines = [
         f"input of the leader: {_input(scenario)}; T = {scenario.duration:g} s",
         f"law: `{law.name}`, {gains}",
@@ -153,7 +155,9 @@ def _input(scenario: Scenario) -> str:
     given = scenario.leader.input
     if not isinstance(given, SignalInput):
         return "a table"
-    return ", ".join(f"{name} {_signal(value)}" for name, value in (("u_x0", given.u_x), ("u_theta0", given.u_theta)))
+    return ", ".join(
+        f"{name} {_signal(value)}" for name, value in (("u_x0", given.u_x), ("u_theta0", given.u_theta))
+    )
 
 
 def _signal(value: Any) -> str:

@@ -94,7 +94,9 @@ def _recorded(name: str, model: Backend, file: Path, stage: Stage | None) -> Rec
 def _completed(file: Path) -> Recording:
     recording = Recording.load(file)
     if recording.outcome != "completed":
-        raise RecordingError(f"{file}: this run is {recording.outcome}; figures of the paper need a whole one")
+        raise RecordingError(
+            f"{file}: this run is {recording.outcome}; figures of the paper need a whole one"
+        )
     return recording
 
 

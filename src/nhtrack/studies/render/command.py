@@ -33,7 +33,9 @@ class QualityChoice(StrEnum):
 @app.command("render")
 def render_command(
     recording: Annotated[Path, typer.Argument(help="A recording.nc that a run left.")],
-    out: Annotated[Path | None, typer.Option(help="The film, .mp4 or .gif; by default renders/<run>.mp4.")] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="The film, .mp4 or .gif; by default renders/<run>.mp4.")
+    ] = None,
     camera: Annotated[Camera | None, typer.Option(help="By default as the scenario says.")] = None,
     size: Annotated[str | None, typer.Option(metavar="WxH", help="Pixels, such as 1280x720.")] = None,
     fps: Annotated[int | None, typer.Option(min=1, max=120, help="Frames per second.")] = None,

@@ -21,7 +21,7 @@ class Outcome:
 
     Attributes:
         recording: the run.
-        summary: its figures, see `nhtrack.analysis.metrics.summary`, with the warnings.
+        summary: its figures, see `nhtrack.analysis.metrics.summary`, with the warnings and notes.
         failure: why it ended early, or None.
         events: what went wrong on wheels.
         folder: where the files are, or None for a run in memory.
@@ -41,6 +41,11 @@ class Outcome:
     def warnings(self) -> tuple[str, ...]:
         """What will go wrong and what went wrong, in sentences."""
         return tuple(self.summary.get("warnings", ()))
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What was read otherwise than the robot's file has it, or left out, in sentences."""
+        return tuple(self.summary.get("notes", ()))
 
     def __getitem__(self, name: str) -> xr.DataArray:
         """Returns one recorded variable, with its coordinates and units; see `Recording`."""

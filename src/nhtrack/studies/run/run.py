@@ -22,7 +22,7 @@ from nhtrack.experiment.build import Experiment, build, robot_of
 from nhtrack.experiment.compile import compile_once
 from nhtrack.experiment.loop import Rollout
 from nhtrack.experiment.recorder import FullRecorder, Shape
-from nhtrack.experiment.robot_checks import effect_warnings
+from nhtrack.experiment.robot_checks import robot_notes, robot_warnings
 from nhtrack.experiment.storage import storage
 from nhtrack.files.folder import claimed_folder, clear, save_json
 from nhtrack.laws.address import entry_of, runs_as_python
@@ -137,7 +137,8 @@ def simulate(scenario: Scenario, stage: Stage | None = None, folder: Path | None
     recording = _recording(scenario, experiment, drive, main, twin, scene)
     events = find_events(recording)
     told = [*predicted, *sentences(events)]
-    return Outcome(recording, summary(recording, events) | {"warnings": told}, main.failure, events)
+    said = {"warnings": told, "notes": [*robot_notes(experiment)]}
+    return Outcome(recording, summary(recording, events) | said, main.failure, events)
 
 
 def run_scenario(
@@ -200,7 +201,7 @@ def run_warnings(scenario: Scenario, experiment: Experiment, twin: Rollout, driv
         found = (*found, f"law {scenario.law.name!r} {runs_as_python(interpreted)}")
     if scenario.backend == "ideal":
         return found
-    found = (*found, *effect_warnings(experiment))
+    found = (*found, *robot_warnings(experiment))
     if twin.failure is not None:
         found = (*found, f"the ideal twin diverged ({twin.failure}): from there on nothing is compared with it")
     return (*found, *predictions(scenario, experiment, twin, drive))

@@ -21,9 +21,11 @@ _ROWS = 12  # of a table: more would push what matters off the screen
 
 
 def print_outcome(outcome: Outcome, console: Console) -> None:
-    """Prints the figures of a run, its warnings, and where its files are."""
+    """Prints the figures of a run, its notes and warnings, and where its files are."""
     for table in run_tables(outcome.summary):
         console.print(rich_table(table))
+    for note in outcome.notes:
+        print_line(console, f"note: {escape(note)}")
     for warning in outcome.warnings:
         print_line(console, f"[yellow]warning:[/] {escape(warning)}")
     for reason in outcome.skipped:

@@ -76,7 +76,9 @@ class SearchBox:
         self._random = np.random.default_rng(seed)
 
     @classmethod
-    def of(cls, scenario: Scenario, seed: int, below_bound: bool, robot: RobotModels | None = None) -> SearchBox:
+    def of(
+        cls, scenario: Scenario, seed: int, below_bound: bool, robot: RobotModels | None = None
+    ) -> SearchBox:
         """Returns the box of a scenario's law; its robot where it has been read already."""
         ranges, size = ranges_of(scenario.law), _size(scenario, robot)
         if not ranges:

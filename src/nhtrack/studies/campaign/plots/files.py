@@ -17,7 +17,9 @@ from nhtrack.studies.campaign.plots.starts import start_map
 
 
 @styled
-def save_campaign_figures(starts: pd.DataFrame, cells: pd.DataFrame, folder: Path, *, pdf: bool = False) -> list[Path]:
+def save_campaign_figures(
+    starts: pd.DataFrame, cells: pd.DataFrame, folder: Path, *, pdf: bool = False
+) -> list[Path]:
     """Writes every figure of a campaign; each file appears only once it is whole.
 
     The map of starts is one figure a law, `start_map_<label>`, the label in small letters and underscores.

@@ -47,7 +47,9 @@ _HEXAGON = np.stack([np.cos(np.arange(6) * np.pi / 3), np.sin(np.arange(6) * np.
 
 
 @styled
-def start_map(starts: pd.DataFrame, cells: pd.DataFrame, law: str, worst: Mapping[str, int] | None = None) -> Figure:
+def start_map(
+    starts: pd.DataFrame, cells: pd.DataFrame, law: str, worst: Mapping[str, int] | None = None
+) -> Figure:
     """Returns where the followers of a law began and how long they took, a panel a family.
 
     A start is a dart at its place along its heading, or where there are very many a dot; the leader begins at the
