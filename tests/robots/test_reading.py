@@ -41,6 +41,8 @@ def numbers(reading: Reading) -> dict[str, Any]:
         "no_load_speed": drive.motor.no_load_speed,
         "com": drive.com,
         "casters": drive.casters,
+        "damping": drive.losses.damping,
+        "frictionloss": drive.losses.dry_friction,
         "wheel_inertia": drive.wheel_inertia,
     }
 

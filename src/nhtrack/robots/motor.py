@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from math import isfinite
 
@@ -64,7 +63,7 @@ class Motor:
         """
         fall = 1 / self.no_load_speed + damping / self.stall_torque
         spare = max(1 - dry_friction / self.stall_torque, 0.0)
-        speed = spare / fall if fall else (math.inf if spare else 0.0)
+        speed = spare / fall if fall else (inf if spare else 0.0)
         if (damping * speed if damping else 0.0) + dry_friction > self.torque_limit:
             speed = (self.torque_limit - dry_friction) / damping if damping else 0.0
         return max(speed, 0.0)
