@@ -92,7 +92,7 @@ class Inspection:
     @property
     def properties(self) -> tuple[Property, ...]:
         """All numbers, part by part."""
-        return (*self._geometry(), *self._masses(), *self._model(), *self._motor(), *self._losses(), *self._limits())
+        return (*self._geometry(), *self._masses(), *self._model(), *self._motor(), *self._limits())
 
     @property
     def rows(self) -> list[dict[str, str | float | None]]:
@@ -204,16 +204,7 @@ class Inspection:
         yield Property("motors", "largest wheel torque", motor.torque_limit, "N m", "motors")
         yield Property("motors", "stall torque", motor.stall_torque, "N m", "motors")
         yield Property("motors", "speed without load", motor.no_load_speed, "rad/s", "motors")
-
-    def _losses(self) -> Iterator[Property]:
-        losses = self.drive.losses
-        for k, (side, joint) in enumerate(zip(("left", "right"), self.parts.wheel_joints, strict=True)):
-            source = f"joint {joint}"
-            if losses:
-                yield Property("losses", f"damping of the {side} wheel", losses.damping[k], "N m s/rad", source)
-                yield Property("losses", f"dry friction of the {side} wheel", losses.dry_friction[k], "N m", source)
-        if losses:
-            yield Property("losses", "top speed against them", self.drive.top_speed, "m/s", "motors and losses")
+        yield Property("motors", "top speed", self.drive.top_speed, "m/s", "motors and losses")
 
     def _limits(self) -> Iterator[Property]:
         if self.limits is None:
