@@ -138,6 +138,12 @@ def long_axes(robot: ET.Element) -> None:
 
 
 @habit("axes")
+def turned_to_begin_with(robot: ET.Element) -> None:
+    for side in SIDES:
+        part(robot, f"{side}_axle").attrib |= {"ref": "0.3", "springref": "0.2"}
+
+
+@habit("axes")
 def hinges_beside_their_bodies(robot: ET.Element) -> None:
     for side in SIDES:
         reframe(part(robot, f"{side}_wheel"), pos=(0.02, 0.01, -0.03))
