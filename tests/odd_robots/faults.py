@@ -56,6 +56,11 @@ def a_limited_wheel(robot: ET.Element) -> None:
     _set(robot, "left_axle", limited="true", range="-400 400")
 
 
+@fault("joint right_axle", "frictionloss", "motor")
+def a_wheel_held_by_dry_friction(robot: ET.Element) -> None:
+    _set(robot, "right_axle", frictionloss="50")
+
+
 @fault("", "no driven wheel", "actuator")
 def no_actuators(robot: ET.Element) -> None:
     section(robot, "actuator").clear()

@@ -14,6 +14,12 @@ SIDES = ("left", "right")
 #: What is read of the plain robot [m, kg, N m].
 RADIUS, HALF_SEPARATION, MASS, TORQUE = 0.05, 0.1, 2.6, 1.0
 
+_TAGS = {
+    "actuator": "motor|velocity|position|general",
+    "equality": "joint|connect|weld",
+    "tendon": "spatial|fixed",
+}
+
 _PLAIN = """
 <mujoco model="plain">
   <worldbody>

@@ -164,7 +164,7 @@ def origin_on_the_floor_of_a_base_within(robot: ET.Element) -> None:
     chassis = part(robot, "chassis")
     reframe(chassis, pos=(0, 0, -0.05))
     inner = ET.Element("body", {"name": "inner", "pos": "0 0 0.01"})
-    for child in [each for each in chassis if each.tag != "freejoint"]:
+    for child in [each for each in chassis if each.get("name") != "root"]:
         chassis.remove(child)
         inner.append(child)
     reframe(inner, pos=(0, 0, 0.01))

@@ -41,6 +41,8 @@ def numbers(reading: Reading) -> dict[str, Any]:
         "no_load_speed": drive.motor.no_load_speed,
         "com": drive.com,
         "casters": drive.casters,
+        "damping": drive.losses.damping,
+        "frictionloss": drive.losses.dry_friction,
         "wheel_inertia": drive.wheel_inertia,
     }
 
@@ -98,12 +100,12 @@ def test_a_habit_changes_what_is_read_no_more_than_it_says(name: str, tmp_path: 
 @pytest.mark.parametrize(
     ("name", "told"),
     {
-        "floor_light_and_goal": ("1 geoms of the world", "1 lights"),
+        "floor_light_and_goal": ("1 geom of the world", "1 light"),
         "walls_and_crates": ("crate, ball, marker",),
         "under_water": ("air or water", "gravity", "damping and armature", "thruster"),
         "arm": ("shoulder_yaw, elbow_pitch", "shoulder_yaw_servo"),
         "lift_at_a_key": ("'home'", "lift_slide", "lift_motor"),
-        "spinning_lidar": ("1 sensors", "lidar_spin"),
+        "spinning_lidar": ("1 sensor", "lidar_spin"),
         "caster_that_is_only_seen": ("touch nothing",),
         "caster_a_millimetre_high": ("leans back by 0.7",),
         "swivel_caster": ("swivel, caster_axle",),

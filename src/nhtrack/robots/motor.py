@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
-from math import isfinite
+from math import inf, isfinite
 
 from nhtrack.arrays import Array, namespace
 
@@ -64,7 +63,7 @@ class Motor:
         """
         fall = 1 / self.no_load_speed + damping / self.stall_torque
         spare = max(1 - dry_friction / self.stall_torque, 0.0)
-        speed = spare / fall if fall else (math.inf if spare else 0.0)
+        speed = spare / fall if fall else (inf if spare else 0.0)
         if (damping * speed if damping else 0.0) + dry_friction > self.torque_limit:
             speed = (self.torque_limit - dry_friction) / damping if damping else 0.0
         return max(speed, 0.0)

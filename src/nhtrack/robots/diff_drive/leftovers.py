@@ -117,20 +117,18 @@ def leftovers(source: Source, roles: Roles) -> Iterator[str]:
     yield from _freedom(source, roles)
     outside = [g for g in range(model.ngeom) if int(model.geom_bodyid[g]) not in inside]
     bodies = [source.name("body", b) for b in range(1, model.nbody) if b not in inside]
-    parts = [f"{len(outside)} geoms of the world" if outside else "", f"{model.nlight} lights" if model.nlight else ""]
+    parts = [_counted(len(outside), "geom") + " of the world" if outside else "", _counted(model.nlight, "light")]
     if bodies:
         parts.append(f"the bodies {_some(bodies)}")
-    parts += [f"{count} {what}" for count, what in ((model.nsensor, "sensors"), (model.nkey, "keys")) if count]
     driving = {pull.actuator for pull in roles.pulls if pull.joint in roles.wheels}
     idle = [source.name("actuator", a) for a in range(model.nu) if a not in driving]
-    if idle:
-        parts.append(f"{len(idle)} actuators ({_some(idle)})")
-    parts += _surroundings(source)
+    parts += [_counted(model.nsensor, "sensor"), _counted(model.nkey, "key")]
+    parts += [f"{_counted(len(idle), 'actuator')} ({_some(idle)})" if idle else "", *_surroundings(source)]
     if any(parts):
         yield f"left out: {', '.join(part for part in parts if part)}; options and contact settings are the scene's"
     if roles.held:
         names = [source.name("joint", j) for j in roles.held]
-        yield f"held: {len(names)} joints ({_some(names)}), their masses counted"
+        yield f"held: {_counted(len(names), 'joint')} ({_some(names)}), their masses counted"
     if roles.swivels:
         names = [source.name("joint", j) for j in roles.swivels]
         yield f"casters swing freely about {_some(names)}: the reduced model does not know of it, the gap shows it"
@@ -158,6 +156,11 @@ def _surroundings(source: Source) -> Iterator[str]:
     weightless = option.disableflags & mujoco.mjtDisableBit.mjDSBL_GRAVITY
     if weightless or np.abs(option.gravity - (0, 0, -9.81)).max() > 0.02:
         yield "its gravity"
+
+
+def _counted(number: int, noun: str) -> str:
+    """Returns how many of something there are; empty for none."""
+    return f"{number} {noun}{'' if number == 1 else 's'}" if number else ""
 
 
 def _some(names: Sequence[str]) -> str:
