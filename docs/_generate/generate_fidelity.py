@@ -27,7 +27,8 @@ from nhtrack.studies.run.run import versions
 
 PAGE = Path(__file__).resolve().parents[1] / "fidelity.md"
 FIGURES = PAGE.with_name("figures")
-COLOURS = dict(zip(assets.robots(), ("#D55E00", "#0072B2", "#009E73", "#8A8A8A"), strict=False))
+_INKS = ("#D55E00", "#CC79A7", "#0072B2", "#009E73", "#8A8A8A", "#E69F00")
+COLOURS = dict(zip(assets.robots(), _INKS, strict=True))
 
 
 def measured() -> list[Finding]:

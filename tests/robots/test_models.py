@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import re
 import tomllib
-from pathlib import Path
 from typing import NamedTuple
 
 import mujoco
@@ -12,8 +10,8 @@ import numpy as np
 import pytest
 
 from nhtrack import assets
+from papers import MODELS, of_boxes, of_parts, readme_quantity, readme_table
 
-MODELS = Path(__file__).resolve().parents[2] / "models"
 ARENA = MODELS / "arena" / "scene.xml"
 GRAVITY = 9.81
 TYRES, SUPPORTS = ("left_tyre", "right_tyre"), ("left_tyre", "right_tyre", "caster")
@@ -251,38 +249,8 @@ def test_one_camera_follows_the_robot_and_one_looks_out_of_it(robot: Robot) -> N
 # mass, statics, motors ------------------------------------------------------------------------------------------------
 
 
-def readme_table(name: str, heading: str) -> list[list[str]]:
-    """Cells of the rows of the first table under a heading of a robot's README, without its head."""
-    section = (MODELS / name / "README.md").read_text().split(f"## {heading}\n")[1]
-    table = re.search(r"^\|.+(?:\n\|.+)*", section.split("\n## ")[0], flags=re.MULTILINE)
-    assert table, heading
-    return [[cell.strip() for cell in row.strip("|").split("|")] for row in table[0].split("\n")[2:]]
-
-
-def readme_quantity(cell: str) -> tuple[float, float]:
-    """The number that a cell begins with, in SI units, and half a unit of its last digit."""
-    found = re.match(r"(-?\d+)(?:\.(\d+))?(?:e(-?\d+))? (mm|m|kg m\^2|kg|N m|rad/s)\b", cell)
-    assert found, cell
-    whole, decimals, exponent, unit = found.groups(default="")
-    scale = 10.0 ** int(exponent or 0) * (1e-3 if unit == "mm" else 1.0)
-    return float(f"{whole}.{decimals or 0}") * scale, 0.5 * 10.0 ** -len(decimals) * scale
-
-
 def triple(cell: str) -> np.ndarray:
     return np.array([float(value) for value in cell.split(",")])
-
-
-def of_boxes(mass: np.ndarray, at: np.ndarray, size: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Centre of mass and inertia about it of uniform boxes: shapes (k,), (k, 3), (k, 3) -> (3,), (3, 3)."""
-    own = [m / 12 * (s @ s * np.eye(3) - np.diag(s**2)) for m, s in zip(mass, size, strict=True)]
-    return of_parts(mass, at, np.array(own))
-
-
-def of_parts(mass: np.ndarray, at: np.ndarray, own: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Centre of mass and inertia about it of parts with their own inertias, by Steiner."""
-    com = mass @ at / mass.sum()
-    moved = [m * (p @ p * np.eye(3) - np.outer(p, p)) for m, p in zip(mass, at - com, strict=True)]
-    return com, own.sum(axis=0) + np.sum(moved, axis=0)
 
 
 def chassis_inertia(robot: Robot) -> np.ndarray:

@@ -6,14 +6,16 @@ import xml.etree.ElementTree as ET
 from pathlib import Path
 from typing import Any
 
+import mujoco
 import pytest
 
 from nhtrack.robots.contract import Reading, RefusedRobot
 from nhtrack.robots.registry import read_file
 from odd_robots.faults import FAULTS
 from odd_robots.habits import HABITS, expected
-from odd_robots.plain import line_of, plain_robot, text_of
+from odd_robots.plain import MASS, line_of, plain_robot, text_of
 from odd_robots.variants import variants
+from tolerances import HAND
 
 # Meshes are kept in single precision, and files write angles with a few digits.
 READ = 1e-6
@@ -54,6 +56,38 @@ def require(found: dict[str, Any], wanted: dict[str, Any]) -> None:
                 assert a == pytest.approx(b, abs=READ), quantity
         else:
             assert value == pytest.approx(wanted[quantity], rel=READ, abs=READ), quantity
+
+
+class TestPlain:
+    def test_every_number(self, tmp_path: Path) -> None:
+        reading = read(plain_robot(), tmp_path)
+        drive = reading.model
+        require(numbers(reading), expected())
+        # Chassis 2 kg, 0.02 m behind the axle, and wheels of 0.3 kg, 0.1 m from the middle.
+        assert drive.axle_inertia == pytest.approx(0.012 + 2 * 0.02**2 + 2 * (2e-4 + 0.3 * 0.1**2), rel=HAND)
+        assert drive.reflected_inertia == 0
+        assert drive.products == pytest.approx((2 * 0.02 * 0.01 - 0.04 * 0.02 / MASS, 0.0), abs=READ)
+
+    def test_its_parts_and_where_they_were_read(self, tmp_path: Path) -> None:
+        robot = plain_robot()
+        reading = read(robot, tmp_path)
+        text = text_of(robot)
+        for what, kind, name in (
+            ("chassis", "body", "chassis"),
+            ("left wheel", "joint", "left_axle"),
+            ("right wheel", "joint", "right_axle"),
+            ("left tyre", "geom", "left_tyre"),
+            ("right tyre", "geom", "right_tyre"),
+            ("caster", "geom", "caster"),
+        ):
+            assert reading.sources[what] == f"{kind} {name!r} (line {line_of(text, kind, name)})"
+        model = mujoco.MjModel.from_xml_string(reading.mjcf)
+        assert model.body(reading.parts.chassis).jntnum[0] == 1
+        for joint, motor, tyre in zip(
+            reading.parts.wheel_joints, reading.parts.motors, reading.parts.tyres, strict=True
+        ):
+            assert model.actuator(motor).trnid[0] == model.joint(joint).id
+            assert model.geom(tyre).bodyid[0] == model.joint(joint).bodyid[0]
 
 
 @pytest.mark.parametrize("name", HABITS)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-import re
 
 import mujoco
 import numpy as np
@@ -12,6 +11,7 @@ import pytest
 from nhtrack import assets
 from nhtrack.robots.diff_drive import DiffDrive
 from nhtrack.simulation.robot_models import load_robot
+from papers import numbers, of_boxes, readme_table
 
 FOLDER = assets.find_robot("warehouse").parent
 GRAVITY = 9.81
@@ -42,26 +42,14 @@ def drive() -> DiffDrive:
 # reading the README ---------------------------------------------------------------------------------------------------
 
 
-def readme_table(heading: str, nth: int = 0) -> list[list[str]]:
-    """Cells of the rows of a table under a heading of the README, without its head."""
-    section = (FOLDER / "README.md").read_text().split(f"## {heading}\n")[1].split("\n## ")[0]
-    table = re.findall(r"(?:^\|.+\|\n)+", section, flags=re.MULTILINE)[nth]
-    return [[cell.strip() for cell in row.strip("|").split("|")] for row in table.strip().split("\n")[2:]]
-
-
-def numbers(cell: str) -> list[float]:
-    """All numbers of a cell, in the order in which they stand."""
-    return [float(number) for number in re.findall(r"-?\d+(?:\.\d+)?(?:e-?\d+)?", cell)]
-
-
 def motor_data() -> dict[str, list[float]]:
-    return {row[0].split(" (")[0]: numbers(row[1]) for row in readme_table("Motors")}
+    return {row[0].split(" (")[0]: numbers(row[1]) for row in readme_table("warehouse", "Motors")}
 
 
 def deck_data() -> dict[str, np.ndarray]:
     """Lengths in m, masses in kg."""
     scale = {"mm": 1e-3, "kg": 1.0}
-    return {row[0]: np.array(numbers(row[1])) * scale[row[1].split()[-1]] for row in readme_table("Deck")}
+    return {row[0]: np.array(numbers(row[1])) * scale[row[1].split()[-1]] for row in readme_table("warehouse", "Deck")}
 
 
 def allowed_corners() -> list[tuple[float, float]]:
@@ -109,13 +97,10 @@ def lifting_torque(model: mujoco.MjModel) -> float:
 
 
 def test_the_mass_budget_in_the_readme_gives_the_inertia_in_the_mjcf(model: mujoco.MjModel) -> None:
-    rows = readme_table("Mass budget of the chassis")
+    rows = readme_table("warehouse", "Mass budget of the chassis")
     mass = np.array([float(row[1]) for row in rows])
     at, size = (1e-3 * np.array([numbers(row[column]) for row in rows]) for column in (2, 3))
-    com = mass @ at / mass.sum()
-    inertia = np.zeros((3, 3))
-    for m, p, s in zip(mass, at - com, size, strict=True):  # boxes, and Steiner
-        inertia += m / 12 * (s @ s * np.eye(3) - np.diag(s**2)) + m * (p @ p * np.eye(3) - np.outer(p, p))
+    com, inertia = of_boxes(mass, at, size)
     chassis, axes = model.body("chassis"), np.zeros(9)
     mujoco.mju_quat2Mat(axes, chassis.iquat)
     rotation = axes.reshape(3, 3)
@@ -125,7 +110,7 @@ def test_the_mass_budget_in_the_readme_gives_the_inertia_in_the_mjcf(model: mujo
 
 
 def test_the_wheel_is_the_sum_of_its_rings(model: mujoco.MjModel) -> None:
-    rows = readme_table("The wheel")
+    rows = readme_table("warehouse", "The wheel")
     mass = np.array([float(row[1]) for row in rows])
     outer, inner, width = 1e-3 * np.array([numbers(row[2]) for row in rows]).T
     squares = (outer**2 + inner**2) / 4
@@ -141,7 +126,7 @@ def test_the_wheel_is_the_sum_of_its_rings(model: mujoco.MjModel) -> None:
     ("ring", "density"), [("polyurethane tread", 1200.0), ("rim", 2700.0), ("web", 2700.0), ("hub", 2700.0)]
 )
 def test_a_ring_weighs_what_its_volume_does(ring: str, density: float) -> None:
-    row = next(row for row in readme_table("The wheel") if row[0] == ring)
+    row = next(row for row in readme_table("warehouse", "The wheel") if row[0] == ring)
     outer, inner, width = 1e-3 * np.array(numbers(row[2]))
     assert float(row[1]) == pytest.approx(density * np.pi / 4 * (outer**2 - inner**2) * width, abs=0.51e-3)
 
@@ -218,7 +203,7 @@ def test_the_loads_in_the_readme_are_those_of_statics(model: mujoco.MjModel) -> 
     deck = deck_data()
     centre = tuple(deck["centre in the chassis frame"])
     front, rear = allowed_corners()[0], allowed_corners()[2]
-    for row, place in zip(readme_table("Deck", 1), (centre, front, rear), strict=True):
+    for row, place in zip(readme_table("warehouse", "Deck", 1), (centre, front, rear), strict=True):
         near, far, caster = loads(model, deck["largest payload"][0], place)
         printed = [numbers(cell)[0] for cell in row[1:]]
         np.testing.assert_allclose(printed, [caster, near, far], rtol=0, atol=SHOWN_NEWTON)

@@ -169,8 +169,8 @@ def test_plot_draws_what_run_draws(here: Path) -> None:
         ({"law": {"name": "kanayama", "k_x": np.float64(2)}}, "law.k_x", 2.0),
         ({"law": LAW}, "law.file", str(LAW)),
         ({"law": {"file": LAW, "k_x": 3}}, "law.k_x", 3.0),
-        ({"robot": "burger"}, "robot", "burger"),
-        ({"robot": nhtrack.inspect("burger").path}, "robot", str(nhtrack.inspect("burger").path)),
+        ({"robot": "burger"}, "robot.file", "burger"),
+        ({"robot": nhtrack.inspect("burger").path}, "robot.file", str(nhtrack.inspect("burger").path)),
         ({"duration": 3}, "duration", 3.0),
         ({"backend": "ideal", "set": {"backend": "mujoco"}}, "backend", "ideal"),  # keywords win
         ({"set": {"name": "0123"}}, "name", "0123"),

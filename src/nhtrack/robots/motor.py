@@ -55,15 +55,15 @@ class Motor:
     def free_speed(self, damping: float, dry_friction: float) -> float:
         """Returns the speed w [rad/s] that the motor holds against nothing but losses, d w + c, not below zero.
 
-        `w_0 (1 - c/tau_s)/(1 + d w_0/tau_s)`, or (tau_max - c)/d where the driver does not allow that torque.
+        `(1 - c/tau_s)/(1/w_0 + d/tau_s)`, or (tau_max - c)/d where the driver does not allow that torque.
 
         Args:
             damping: d [N m s/rad].
             dry_friction: c [N m].
         """
-        stall, limit, speed = self.stall_torque, self.torque_limit, self.no_load_speed
-        if max(stall, speed) < inf:
-            speed *= (1 - dry_friction / stall) / (1 + damping * speed / stall)
-        if damping > 0:
-            speed = min(speed, (limit - dry_friction) / damping)
-        return max(speed, 0.0) if dry_friction < limit else 0.0
+        fall = 1 / self.no_load_speed + damping / self.stall_torque
+        spare = max(1 - dry_friction / self.stall_torque, 0.0)
+        speed = spare / fall if fall else (inf if spare else 0.0)
+        if (damping * speed if damping else 0.0) + dry_friction > self.torque_limit:
+            speed = (self.torque_limit - dry_friction) / damping if damping else 0.0
+        return max(speed, 0.0)

@@ -44,6 +44,7 @@ def identify(model: mujoco.MjModel, parts: Parts, motor: Motor) -> DiffDrive:
         motor=motor,
         reflected_inertia=rotor,
         products=(_product(M, root, com, 0), _product(M, root, com, 1)),
+        compliances=tuple(_compliance(model, name) for name in (*parts.tyres, *parts.casters)),
         losses=WheelLosses(_pair(model.dof_damping[wheels]), _pair(model.dof_frictionloss[wheels])),
     )
 
@@ -55,3 +56,8 @@ def _pair(values: np.ndarray) -> tuple[float, float]:
 def _product(M: np.ndarray, root: int, com: np.ndarray, axis: int) -> float:
     """Returns the element (axis, z) of the inertia tensor about the CoM; M has it about the axle midpoint."""
     return float(M[root + 3 + axis, root + 5] + M[root, root] * com[axis] * com[2])
+
+
+def _compliance(model: mujoco.MjModel, geom: str) -> float:
+    """Returns by how much MuJoCo's contact of a geom gives way, but for a factor that all of a scene's share."""
+    return float(model.body_invweight0[model.geom(geom).bodyid[0], 0])

@@ -101,10 +101,10 @@ def leftovers(source: Source, roles: Roles) -> Iterator[str]:
         yield f"{source.element('body', roles.root)} has no free joint: it gets one"
     outside = [g for g in range(model.ngeom) if int(model.geom_bodyid[g]) not in inside]
     bodies = [source.name("body", b) for b in range(1, model.nbody) if b not in inside]
-    parts = [f"{len(outside)} geoms of the world" if outside else "", f"{model.nlight} lights" if model.nlight else ""]
+    parts = [_counted(len(outside), "geom") + " of the world" if outside else "", _counted(model.nlight, "light")]
     if bodies:
         parts.append(f"the bodies {_some(bodies)}")
-    parts += [f"{count} {what}" for count, what in ((model.nsensor, "sensors"), (model.nkey, "keys")) if count]
+    parts += [_counted(model.nsensor, "sensor"), _counted(model.nkey, "key")]
     if any(parts):
         yield f"left out: {', '.join(part for part in parts if part)}; options and contact settings are the scene's"
     if roles.held:
@@ -113,12 +113,17 @@ def leftovers(source: Source, roles: Roles) -> Iterator[str]:
             a for a in range(model.nu) if not any(p.actuator == a for p in roles.pulls if p.joint in roles.wheels)
         ]
         yield (
-            f"held: {len(names)} joints ({_some(names)}), their masses counted"
-            + (f"; {len(pulled)} actuators of theirs left out" if pulled else "")
+            f"held: {_counted(len(names), 'joint')} ({_some(names)}), their masses counted"
+            + (f"; {_counted(len(pulled), 'actuator')} of theirs left out" if pulled else "")
         )
     if roles.swivels:
         names = [source.name("joint", j) for j in roles.swivels]
         yield f"casters swing freely about {_some(names)}: the reduced model does not know of it, the gap shows it"
+
+
+def _counted(number: int, noun: str) -> str:
+    """Returns how many of something there are; empty for none."""
+    return f"{number} {noun}{'' if number == 1 else 's'}" if number else ""
 
 
 def _some(names: Sequence[str]) -> str:

@@ -118,8 +118,9 @@ class DiffDrive(WheeledBody):
             sum N x = m g_n c_x - h f_x - 2 I u_x / r - I_yz u_theta - I_xz omega^2
             sum N y = m g_n c_y - h f_y - 2 I omega v / r + I_xz u_theta - I_yz omega^2
 
-        over the wheels and casters at (x, y): exact for three supports, least squares for more. A negative load means
-        that the wheel would lift. On a planar base each wheel bears half of the weight.
+        over the wheels and casters at (x, y). Three supports bear what these say; more share it as their compliances
+        have it, with the least energy. A negative load means that the wheel would lift. On a planar base each wheel
+        bears half of the weight.
         """
         xp = namespace(v, omega, u_x, u_theta)
         f_x, f_y, _ = self.ground_wrench(v, omega, u_x, u_theta, gravity)
@@ -137,11 +138,12 @@ class DiffDrive(WheeledBody):
 
     @cached_property
     def load_solution(self) -> np.ndarray:
-        """Rows of the inverse of the support geometry that give the left and the right wheel's load, shape (2, 3)."""
+        """Wheels' loads by the three sums of `wheel_loads`, shape (2, 3): of all that balance, least in sum C_i N_i^2."""
         wheels = [(0.0, self.half_separation), (0.0, -self.half_separation)]
         points = np.array([*wheels, *self.casters])
         balance = np.vstack([np.ones(len(points)), points.T])
-        solution = np.linalg.pinv(balance)
+        stiffness = 1 / np.sqrt(self.compliances or np.ones(len(points)))
+        solution = stiffness[:, None] * np.linalg.pinv(balance * stiffness)
         return np.ascontiguousarray(solution[:2])
 
     def caster_load(self, v: Array, omega: Array, u_x: Array, u_theta: Array, gravity: Gravity = LEVEL) -> Array:
