@@ -3,23 +3,20 @@
 from __future__ import annotations
 
 import os
-from math import pi
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from nhtrack import assets
-from nhtrack.config.starter import SPEEDING, WAVE, Pace, starter_with
+from nhtrack.config.starter import pace_within, starter_with
 from nhtrack.errors import RefusedError
+from nhtrack.experiment.limits import agile_limits
 from nhtrack.files.atomic import atomic_path
-from nhtrack.laws import Limits
+from nhtrack.ground import Ground
 
 if TYPE_CHECKING:
     from nhtrack.studies.inspect.result import Inspection
 
 __all__ = ["write_scenario"]
-
-_SPEED, _PUSH = 0.4, 0.6  # shares of the limits of speeds and of accelerations that a leader takes
-_TURNING = 0.5  # [rad/s] at most
 
 
 def write_scenario(found: Inspection, target: Path) -> Path:
@@ -36,14 +33,9 @@ def write_scenario(found: Inspection, target: Path) -> Path:
     if file not in assets.robots():
         file = Path(os.path.relpath(Path(file).resolve(), target.resolve().parent)).as_posix()
         file = file if "/" in file or Path(file).suffix else f"./{file}"
-    text = starter_with(target.stem, found.robot.model_copy(update={"file": file}), _pace(found.limits))
+    limits = agile_limits(found.drive, Ground(found.friction), found.utilisation)
+    pace = pace_within(limits, found.friction, found.utilisation)
+    text = starter_with(target.stem, found.robot.model_copy(update={"file": file}), pace)
     with atomic_path(target) as temporary:
         temporary.write_text(text, encoding="utf-8")
     return target
-
-
-def _pace(limits: Limits) -> Pace:
-    return Pace(
-        min(_SPEED * limits.speed, _PUSH * SPEEDING * limits.acceleration),
-        min(_TURNING, _SPEED * limits.yaw_rate, _PUSH * WAVE / (2 * pi) * limits.yaw_acceleration),
-    )
