@@ -38,9 +38,9 @@ def ahead(t: np.ndarray) -> np.ndarray:
 
 
 def halting(t: np.ndarray) -> np.ndarray:
-    """Accelerations from rest that bring the robot to rest again every 5 s, and one wheel back and forth between."""
+    """Accelerations from rest that begin at nothing, let wheels stand every 5 s, and send them back and forth."""
     k = 2 * np.pi / 5
-    return np.stack([0.15 * k * np.sin(k * t), 6.0 * k * np.cos(2 * k * t)], axis=-1)
+    return k * np.stack([0.15 * np.sin(k * t), 2.0 * np.sin(k * t) * np.cos(0.7 * k * t)], axis=-1)
 
 
 def errors(robot: str, signal: object, start: State) -> list[PoseError]:

@@ -12,6 +12,7 @@ from pydantic import TypeAdapter
 from lossy import write_lossy
 from nhtrack.assets import bundled_scenarios
 from nhtrack.config.law_sections import Law
+from nhtrack.config.robot_section import RobotSection
 from nhtrack.config.scenario import Scenario
 from nhtrack.experiment.load import load
 from nhtrack.studies.feasibility.run import with_time
@@ -62,8 +63,8 @@ def test_bundled_scenario_begins_as_on_the_array_code(name: str) -> None:
 @pytest.mark.parametrize("name", ["tour/hello", "stress/weak_motors", "stress/ice_patch", "stress/wheel_mismatch"])
 def test_robot_with_losses_moves_as_on_the_array_code(tmp_path: Path, name: str) -> None:
     """Within motors and friction, and where motors saturate or wheels slide."""
-    robot = write_lossy(tmp_path, (1e-3, 0.003), (5e-4, 0.005))
-    scenario = with_time(load(name)).model_copy(update={"robot": robot})
+    robot = RobotSection(file=write_lossy(tmp_path, (1e-3, 0.003), (5e-4, 0.005)))
+    scenario = with_time(load(name).model_copy(update={"robot": robot}))
     require_same(differences(scenario, round(SECONDS * scenario.control_rate)))
 
 

@@ -94,7 +94,36 @@ class TestPlain:
 def test_a_habit_changes_what_is_read_no_more_than_it_says(name: str, tmp_path: Path) -> None:
     habit, robot = HABITS[name], plain_robot()
     habit.change(robot)
-    require(numbers(read(robot, tmp_path, hints=habit.hints)), expected(habit))
+    reading = read(robot, tmp_path, hints=habit.hints)
+    require(numbers(reading), expected(habit))
+    # A slash in a name parts robots from scenes.
+    assert [each.get("name") for each in ET.fromstring(reading.mjcf).iter() if "/" in each.get("name", "")] == []
+
+
+@pytest.mark.parametrize(
+    ("name", "told"),
+    {
+        "floor_light_and_goal": ("1 geom of the world", "1 light"),
+        "walls_and_crates": ("crate, ball, marker",),
+        "under_water": ("air or water", "gravity", "damping and armature", "thruster"),
+        "arm": ("shoulder_yaw, elbow_pitch", "shoulder_yaw_servo"),
+        "lift_at_a_key": ("'home'", "lift_slide", "lift_motor"),
+        "spinning_lidar": ("1 sensor", "lidar_spin"),
+        "caster_that_is_only_seen": ("touch nothing",),
+        "caster_a_millimetre_high": ("leans back by 0.7",),
+        "swivel_caster": ("swivel, caster_axle",),
+        "ahead_is_y": ("+y",),
+        "tail_first": ("-x",),
+        "motors_without_limits": ("no limit of torque",),
+        "motors_of_unequal_strength": ("the least",),
+        "wheels_rolled_by_157_hundredths": ("0.046 degrees",),
+    }.items(),
+)
+def test_what_is_left_out_or_assumed_is_told(name: str, told: tuple[str, ...], tmp_path: Path) -> None:
+    robot = plain_robot()
+    HABITS[name].change(robot)
+    notes = " ".join(read(robot, tmp_path, hints=HABITS[name].hints).notes)
+    assert [words for words in told if words not in notes] == []
 
 
 def test_habits_together_are_read_as_each_alone(tmp_path: Path) -> None:

@@ -1,4 +1,4 @@
-"""What casters that swivel do to a robot: its motion with casters that roll, where the reduced model takes them as fixed.
+"""What casters that swivel do to a robot: its motion with casters that roll, which the reduced model takes as fixed.
 
 A caster of trail t, its swivel at s, rolls where the robot pulls it: with f and l ahead of and beside its wheel,
 
@@ -7,7 +7,7 @@ A caster of trail t, its swivel at s, rolls where the robot pulls it: with f and
 so that (v, omega) and the angles phi determine all velocities, qvel = S(phi) (v, omega). What the wheel torques of the
 reduced model bring about, computed for casters that are fixed where they trail, is then
 
-    S^T M S (u_x, u_theta) + S^T (bias + M dS/dt (v, omega) + d phi') = the same with fixed casters, of the accelerations asked.
+    S^T M S (u_x, u_theta) + S^T (bias + M dS/dt (v, omega) + d phi') = the same with fixed casters, as asked.
 
 Nothing here knows of contacts.
 """
@@ -78,7 +78,7 @@ class RollingCasters:
         still = 0.0 * phi
 
         def columns(later: float, turning: Array) -> Array:
-            S, rates = self.slip_free(theta + later * velocity[1], phi + later * turning)
+            S, _ = self.slip_free(theta + later * velocity[1], phi + later * turning)
             if not rolling:
                 S[[dof for caster in self.casters for dof in (caster.swivel[1], caster.roll)]] = 0.0
             return S

@@ -20,6 +20,7 @@ from nhtrack.studies.fidelity.bench import Bench, Finding
 from nhtrack.studies.fidelity.losses import NO_TORQUE
 from nhtrack.studies.fidelity.motion import AT_REST, drive_open_loop, middles, state_of, weave_within
 
+_LOADED = 10  # steps within which contacts have loaded up
 _ROUNDING = "rounding, which nothing amplifies below the limit of friction"
 
 
@@ -56,7 +57,7 @@ def coasting(bench: Bench) -> Iterator[Finding]:
     simulation = bench.simulation(effects=(Motors(torque_limit=NO_TORQUE),))
     h = simulation.dt
     speeds = drive_open_loop(simulation, np.zeros((round(3.0 / h), 1, 2)), start, ("wheel_speed",))
-    wheels = speeds.telemetry["wheel_speed"][1:, 0]
+    wheels = speeds.telemetry["wheel_speed"][_LOADED:, 0]
     motion = wheels @ np.linalg.inv(drive.rolling_map).T
     kinetic = ((motion @ drive.mass_matrix) * motion).sum(axis=-1) / 2
     v, omega = ((motion[1:] + motion[:-1]) / 2).T
