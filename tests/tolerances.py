@@ -72,6 +72,17 @@ OPEN_LOOP_HEADING = 4e-6  # [rad]
 # Measured 1.98 to 2.00: a leapfrog, with nothing of first order left.
 SECOND_ORDER = 1.9
 
+# -- Losses at the wheel joints --------------------------------------------------------------------
+
+# Open loop with damping, dry friction, both, and unlike ones, in shares of the path: what robots without keep.
+LOST_POSITION = 5e-6
+# Where wheels stop or start slowly the row of their dry friction gives way by h R c, of first order in the step.
+REVERSING_ORDER = 1.0
+# Coasting down against the closed form, in shares of the speed. Measured 6e-7, 3e-5 with the largest damping.
+COAST = 1e-3
+# A wheel that stops does so at the end of a step: it is fast by at most a step's deceleration [s].
+COAST_OF_STEP = 1e-3
+
 # One robot's contacts enter the others' solution through the stopping rule of the solver alone.
 SCENE_COUPLING = 1e-9  # [m] and [rad]
 

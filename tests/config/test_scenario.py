@@ -28,7 +28,7 @@ from nhtrack.effects.wheel_mismatch import WheelMismatch
 from nhtrack.errors import ScenarioError
 from nhtrack.experiment.build import build, make_scene_spec
 from nhtrack.experiment.load import load, load_text, load_tree
-from nhtrack.experiment.robot_checks import effect_warnings
+from nhtrack.experiment.robot_checks import robot_warnings
 from nhtrack.ground import Ground, Patch
 from nhtrack.references import Segment, SignalInput, TableInput
 from nhtrack.simulation.spec import SceneSpec
@@ -186,7 +186,7 @@ def test_a_payload_may_not_tip_its_robot(offset: tuple[float, float], stands: bo
 
 def warned(*overrides: str) -> tuple[str, ...]:
     scenario = load_text(MINIMAL, overrides=overrides)
-    return effect_warnings(build(scenario))
+    return robot_warnings(build(scenario))
 
 
 def test_a_slope_beyond_the_friction_angle_is_told() -> None:

@@ -27,6 +27,7 @@ from nhtrack.experiment.loop import rollout
 from nhtrack.ground import Ground, Patch
 from nhtrack.laws import Limits
 from nhtrack.network import Network
+from nhtrack.robots.diff_drive.losses import WheelLosses
 from nhtrack.similarity import Similarity
 from nhtrack.simulation.ideal import IdealSimulation, propagate
 from nhtrack.simulation.state import State
@@ -185,16 +186,20 @@ def test_gains_that_break_a_bound_are_told() -> None:
 
 
 @pytest.mark.parametrize(
-    ("ground", "speed"),
+    ("ground", "speed", "losses"),
     [
-        (Ground(), None),
-        (Ground(0.6, (Patch(0.3, disc=(0.0, 0.0, 1.0)),)), 0.2),
-        (Ground(0.8, slope=0.05, uphill=1.0), 0.4),
+        (Ground(), None, WheelLosses()),
+        (Ground(0.6, (Patch(0.3, disc=(0.0, 0.0, 1.0)),)), 0.2, WheelLosses()),
+        (Ground(0.8, slope=0.05, uphill=1.0), 0.4, WheelLosses()),
+        (Ground(), None, WheelLosses((1e-3, 4e-4), (0.004, 0.008))),
     ],
 )
-def test_motions_within_the_limits_keep_wheels_and_motors(ground: Ground, speed: float | None) -> None:
+def test_motions_within_the_limits_keep_wheels_and_motors(
+    ground: Ground, speed: float | None, losses: WheelLosses
+) -> None:
     """Random motions in the box, half of them in its corners; a tenth outside it something gives."""
-    limits = motion_limits(DRIVE, ground, 0.5, speed)
+    drive = replace(DRIVE, losses=losses)
+    limits = motion_limits(drive, ground, 0.5, speed)
     rng = np.random.default_rng(0)
     share = rng.uniform(-1, 1, (4, 20_000))
     share[:, :10_000] = np.sign(share[:, :10_000])
@@ -205,10 +210,10 @@ def test_motions_within_the_limits_keep_wheels_and_motors(ground: Ground, speed:
     def asked(factor: float) -> tuple[float, float]:
         """Largest utilisation, and torque asked for beyond what a motor gives [of its limit]."""
         motion = tuple(factor * sides[:, None] * share)
-        torque, wheel_speed = DRIVE.wheel_torques(*motion, gravity), DRIVE.wheel_speeds(*motion[:2])
-        missing = np.abs(DRIVE.motor.saturate(torque, wheel_speed) - torque).max()
-        used = DRIVE.friction_utilisation(*motion, friction, gravity)
-        return float(used.max()), float(missing / DRIVE.motor.torque_limit)
+        torque, wheel_speed = drive.wheel_torques(*motion, gravity), drive.wheel_speeds(*motion[:2])
+        missing = np.abs(drive.motor.saturate(torque, wheel_speed) - torque).max()
+        used = drive.friction_utilisation(*motion, friction, gravity)
+        return float(used.max()), float(missing / drive.motor.torque_limit)
 
     used, missing = asked(1.0)
     assert used <= 0.5 + SAMPLED

@@ -144,6 +144,16 @@ def floor_light_and_goal(robot: ET.Element) -> None:
 
 
 @habit("world")
+def under_water(robot: ET.Element) -> None:
+    robot.insert(0, ET.fromstring('<option density="1000" viscosity="0.001"><flag gravity="disable"/></option>'))
+    chassis = part(robot, "chassis")
+    chassis.remove(part(robot, "root", "freejoint"))
+    chassis.insert(0, ET.fromstring('<joint name="root" type="free" damping="2" armature="0.1"/>'))
+    add(chassis, '<site name="jet" pos="-0.1 0 0"/>')
+    add(section(robot, "actuator"), '<motor name="thruster" site="jet" gear="1 0 0 0 0 0"/>')
+
+
+@habit("world")
 def walls_and_crates(robot: ET.Element) -> None:
     world = section(robot, "worldbody")
     add(world, '<geom name="wall" type="box" size="0.1 2 0.5" pos="0.15 0 0.5" mass="100"/>')

@@ -56,6 +56,11 @@ def a_limited_wheel(robot: ET.Element) -> None:
     _set(robot, "left_axle", limited="true", range="-400 400")
 
 
+@fault("joint right_axle", "frictionloss", "motor")
+def a_wheel_held_by_dry_friction(robot: ET.Element) -> None:
+    _set(robot, "right_axle", frictionloss="50")
+
+
 @fault("", "no driven wheel", "actuator")
 def no_actuators(robot: ET.Element) -> None:
     section(robot, "actuator").clear()
@@ -174,6 +179,24 @@ def a_hull_below_the_tyres(robot: ET.Element) -> None:
 @fault("equality belt", "couples")
 def coupled_wheels(robot: ET.Element) -> None:
     robot.append(ET.fromstring('<equality><joint name="belt" joint1="left_axle" joint2="right_axle"/></equality>'))
+
+
+@fault("equality tie", "ties a wheel")
+def a_wheel_tied_to_the_chassis(robot: ET.Element) -> None:
+    robot.append(ET.fromstring('<equality><weld name="tie" body1="left_wheel" body2="chassis"/></equality>'))
+
+
+@fault("equality tie", "outside")
+def a_robot_tied_to_the_world(robot: ET.Element) -> None:
+    robot.append(ET.fromstring('<equality><connect name="tie" body1="chassis" anchor="0 0 0"/></equality>'))
+
+
+@fault("tendon rope", "springs")
+def a_rope_to_a_wheel(robot: ET.Element) -> None:
+    add(part(robot, "left_wheel"), '<site name="spoke" pos="0.02 0 0"/>')
+    add(part(robot, "chassis"), '<site name="hook" pos="0.02 0 0.1"/>')
+    rope = '<tendon><spatial name="rope" stiffness="10"><site site="spoke"/><site site="hook"/></spatial></tendon>'
+    robot.append(ET.fromstring(rope))
 
 
 @fault("joint left_axle, joint right_axle", "toe")

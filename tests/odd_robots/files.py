@@ -38,6 +38,15 @@ def _rename(robot: ET.Element, change: dict[str, str]) -> None:
 
 @habit("names")
 def names_with_slashes(robot: ET.Element) -> None:
+    asset, chassis = section(robot, "asset"), next(robot.iter("body"))
+    for name in ("paint_a", "paint/a"):
+        add(asset, f'<texture name="{name}" type="2d" builtin="flat" width="4" height="4" rgb1="1 0 0"/>')
+        add(asset, f'<material name="{name}" texture="{name}"/>')
+    add(asset, '<mesh name="spoiler/left" vertex="0 0 0 0.02 0 0 0 0.02 0 0 0 0.02"/>')
+    add(
+        chassis,
+        '<geom type="mesh" mesh="spoiler/left" material="paint/a" pos="0 0 0.1" mass="0" contype="0" conaffinity="0"/>',
+    )
     names = {each.get("name", "") for each in robot.iter() if each.tag in _NAMED and each.get("name")}
     _rename(robot, {name: f"robot/{name}" for name in names})
 

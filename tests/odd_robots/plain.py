@@ -14,6 +14,12 @@ SIDES = ("left", "right")
 #: What is read of the plain robot [m, kg, N m].
 RADIUS, HALF_SEPARATION, MASS, TORQUE = 0.05, 0.1, 2.6, 1.0
 
+_TAGS = {
+    "actuator": "motor|velocity|position|general",
+    "equality": "joint|connect|weld",
+    "tendon": "spatial|fixed",
+}
+
 _PLAIN = """
 <mujoco model="plain">
   <worldbody>
@@ -55,7 +61,11 @@ def text_of(robot: ET.Element) -> str:
 
 def line_of(text: str, kind: str, name: str) -> int:
     """Returns the line on which the element of a kind with a name stands, from 1."""
-    tags = {"actuator": "motor|velocity|position|general", "equality": "joint|connect|weld"}.get(kind, kind)
+    tags = {
+        "actuator": "motor|velocity|position|general",
+        "equality": "joint|connect|weld",
+        "tendon": "spatial|fixed",
+    }.get(kind, kind)
     found = [n for n, line in enumerate(text.splitlines(), 1) if re.match(rf'\s*<({tags}) name="{name}"', line)]
     assert len(found) == 1, (kind, name, found)
     return found[0]

@@ -138,6 +138,12 @@ def long_axes(robot: ET.Element) -> None:
 
 
 @habit("axes")
+def turned_to_begin_with(robot: ET.Element) -> None:
+    for side in SIDES:
+        part(robot, f"{side}_axle").attrib |= {"ref": "0.3", "springref": "0.2"}
+
+
+@habit("axes")
 def hinges_beside_their_bodies(robot: ET.Element) -> None:
     for side in SIDES:
         reframe(part(robot, f"{side}_wheel"), pos=(0.02, 0.01, -0.03))
@@ -158,7 +164,7 @@ def origin_on_the_floor_of_a_base_within(robot: ET.Element) -> None:
     chassis = part(robot, "chassis")
     reframe(chassis, pos=(0, 0, -0.05))
     inner = ET.Element("body", {"name": "inner", "pos": "0 0 0.01"})
-    for child in [each for each in chassis if each.tag != "freejoint"]:
+    for child in [each for each in chassis if each.get("name") != "root"]:
         chassis.remove(child)
         inner.append(child)
     reframe(inner, pos=(0, 0, 0.01))

@@ -20,7 +20,7 @@ _SPEED = 0.5  # of the wheels' speed without load, beyond which motors have litt
 
 def motion_limits(drive: DiffDrive, ground: Ground, utilisation: float, speed: float | None = None) -> Limits:
     """Returns limits within which the predicted utilisation stays below a share and no motor clips."""
-    v = _SPEED * drive.motor.no_load_speed * drive.wheel_radius if speed is None else speed
+    v = _SPEED * drive.top_speed if speed is None else speed
     friction = min([ground.friction, *(patch.friction for patch in ground.patches)])
 
     def fits(grip: float) -> bool:

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from pathlib import Path
 
 import numpy as np
 import pytest
 from pydantic import TypeAdapter
 
+from lossy import write_lossy
 from nhtrack.assets import bundled_scenarios
 from nhtrack.config.law_sections import Law
+from nhtrack.config.robot_section import RobotSection
 from nhtrack.config.scenario import Scenario
 from nhtrack.experiment.load import load
 from nhtrack.studies.feasibility.run import with_time
@@ -53,6 +56,15 @@ def require_same(comparison: Comparison) -> None:
 @pytest.mark.parametrize("name", sorted({*bundled_scenarios()} - {CROWD, "stress/formation1000"}))
 def test_bundled_scenario_begins_as_on_the_array_code(name: str) -> None:
     scenario = with_time(load(name))
+    require_same(differences(scenario, round(SECONDS * scenario.control_rate)))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["tour/hello", "stress/weak_motors", "stress/ice_patch", "stress/wheel_mismatch"])
+def test_robot_with_losses_moves_as_on_the_array_code(tmp_path: Path, name: str) -> None:
+    """Within motors and friction, and where motors saturate or wheels slide."""
+    robot = RobotSection(file=write_lossy(tmp_path, (1e-3, 0.003), (5e-4, 0.005)))
+    scenario = with_time(load(name).model_copy(update={"robot": robot}))
     require_same(differences(scenario, round(SECONDS * scenario.control_rate)))
 
 

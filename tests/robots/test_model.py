@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from nhtrack import se2
 from nhtrack.ground import GRAVITY, Gravity
 from nhtrack.robots.diff_drive import DiffDrive, Motor
+from nhtrack.robots.diff_drive.losses import WheelLosses
 from nhtrack.robots.diff_drive.model import utilisation
 from tolerances import HAND, ROUNDED_SUM
 
@@ -43,6 +44,86 @@ class TestInertia:
     def test_a_centre_of_mass_off_the_axis_couples_speed_and_yaw(self) -> None:
         assert LOPSIDED.first_moment == pytest.approx((-0.04, 0.02), rel=HAND)
         np.testing.assert_allclose(LOPSIDED.mass_matrix, [[2.4, -0.02], [-0.02, 0.034]], rtol=HAND)
+
+
+class TestLosses:
+    LOSSY = replace(LOPSIDED, losses=WheelLosses((0.01, 0.02), (0.1, 0.3)))
+
+    def test_wheel_torques_by_hand(self) -> None:
+        # On (0.052, 0.073) of MOTION: wheels at 6 and 14 rad/s lose 0.06 + 0.1 and 0.28 + 0.3 N m.
+        np.testing.assert_allclose(self.LOSSY.wheel_torques(*motion(*MOTION)), (0.212, 0.653), rtol=HAND)
+
+    def test_a_wheel_at_rest_loses_in_the_direction_in_which_it_starts(self) -> None:
+        started = self.LOSSY.wheel_losses(*motion(0.0, 0.0, 0.1, 3.0))  # wheels speed up by -4 and 8 rad/s^2
+        np.testing.assert_allclose(started, (-0.1, 0.3), rtol=HAND)
+        assert (self.LOSSY.wheel_losses(*motion(0.0, 0.0, 0.0, 0.0)) == 0).all()
+
+    def test_losses_ask_nothing_of_the_ground(self) -> None:
+        for demand in ("friction_demand", "wheel_loads"):
+            lossy, lossless = (getattr(cart, demand)(*motion(*MOTION)) for cart in (self.LOSSY, LOPSIDED))
+            np.testing.assert_array_equal(lossy, lossless)
+
+    @given(st.floats(-0.1, 0.1), st.floats(-0.3, 0.3))
+    def test_what_is_at_rest_stays_at_rest_until_torques_are_larger(self, left: float, right: float) -> None:
+        held = self.LOSSY.acceleration(*motion(0.0, 0.0), np.array([left, right]))
+        np.testing.assert_allclose(held, 0.0, atol=100 * ROUNDED_SUM)
+        pushed = self.LOSSY.acceleration(*motion(0.0, 0.0), np.array([0.11 + abs(left), 0.31 + abs(right)]))
+        assert (self.LOSSY.wheel_speeds(*pushed) > 0).all()
+
+    @given(
+        st.tuples(st.sampled_from([0.0, -3.0, 5.0]), st.sampled_from([0.0, -4.0, 2.0])),
+        st.tuples(st.floats(-1.0, 1.0), st.floats(-1.0, 1.0)),
+    )
+    def test_dry_friction_is_coulombs(self, speeds: tuple[float, float], torque: tuple[float, float]) -> None:
+        """Against a turning wheel it is c; a wheel at rest has less, or all of it against where it starts."""
+        cart = replace(self.LOSSY, losses=WheelLosses((0.0, 0.0), (0.1, 0.3)))
+        lossless, speed = replace(cart, losses=WheelLosses()), np.array(speeds)
+        v, omega = np.linalg.solve(cart.rolling_map, speed)
+        v, omega = (np.array(0.0) if speeds == (0.0, 0.0) else np.array(value) for value in (v, omega))
+        mobility = cart.torque_gain @ cart.rolling_map.T
+        rate = lossless.acceleration(v, omega, np.array(torque)) @ cart.rolling_map.T
+        taken = cart.losses.held(speed, rate, mobility)
+        left_over = rate - taken @ mobility
+        for wheel, c in enumerate((0.1, 0.3)):
+            if speed[wheel] != 0:
+                assert taken[wheel] == np.sign(speed[wheel]) * c
+            elif abs(left_over[wheel]) > 1e-9:
+                assert taken[wheel] == pytest.approx(np.sign(left_over[wheel]) * c, rel=HAND)
+            else:
+                assert abs(taken[wheel]) <= c
+
+    @given(motions)
+    def test_acceleration_is_the_inverse_of_wheel_torques(self, at: tuple) -> None:
+        found = self.LOSSY.acceleration(at[0], at[1], self.LOSSY.wheel_torques(*at))
+        np.testing.assert_allclose(found, at[2:], rtol=0, atol=1e4 * 150 * ROUNDED_SUM)
+
+    @given(st.lists(motions, min_size=1, max_size=5))
+    def test_a_batch_is_its_members(self, rows: list) -> None:
+        columns = [np.array(column) for column in zip(*rows, strict=True)]
+        torque = np.stack([np.array([float(u_x), float(u_theta)]) / 10 for _, _, u_x, u_theta in rows])
+        found = self.LOSSY.acceleration(columns[0], columns[1], torque)
+        expected = [self.LOSSY.acceleration(*row[:2], each) for row, each in zip(rows, torque, strict=True)]
+        np.testing.assert_allclose(found, expected, rtol=HAND, atol=1e4 * ROUNDED_SUM)
+
+    @pytest.mark.parametrize(
+        ("motor", "loss", "speed"),
+        [
+            (MOTOR, (0.0, 0.0), 10.0),
+            (MOTOR, (0.05, 0.0), 8.0),  # 2 (1 - 0.8) = 0.05 (8)
+            (MOTOR, (0.05, 0.25), 7.0),  # 2 (1 - 0.7) = 0.05 (7) + 0.25
+            (MOTOR, (0.5, 0.2), 1.6),  # the driver allows 1 N m only
+            (MOTOR, (0.0, 1.5), 0.0),  # and not the 1.5 that would be needed
+            (replace(MOTOR, stall_torque=float("inf")), (0.05, 0.25), 10.0),
+            (replace(MOTOR, no_load_speed=float("inf")), (0.05, 0.25), 15.0),  # 1 = 0.05 (15) + 0.25
+            (replace(MOTOR, no_load_speed=float("inf")), (0.0, 0.25), float("inf")),
+        ],
+    )
+    def test_the_speed_that_motors_hold_against_losses_by_hand(
+        self, motor: Motor, loss: tuple[float, float], speed: float
+    ) -> None:
+        assert motor.free_speed(*loss) == pytest.approx(speed, rel=HAND)
+        losses = WheelLosses((0.0, loss[0]), (0.0, loss[1]))  # the weaker wheel decides
+        assert replace(CART, motor=motor, losses=losses).top_speed == pytest.approx(0.05 * speed, rel=HAND)
 
 
 class TestWrenchAndTorque:

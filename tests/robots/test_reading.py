@@ -6,14 +6,16 @@ import xml.etree.ElementTree as ET
 from pathlib import Path
 from typing import Any
 
+import mujoco
 import pytest
 
 from nhtrack.robots.contract import Reading, RefusedRobot
 from nhtrack.robots.registry import read_file
 from odd_robots.faults import FAULTS
 from odd_robots.habits import HABITS, expected
-from odd_robots.plain import line_of, plain_robot, text_of
+from odd_robots.plain import MASS, line_of, plain_robot, text_of
 from odd_robots.variants import variants
+from tolerances import HAND
 
 # Meshes are kept in single precision, and files write angles with a few digits.
 READ = 1e-6
@@ -39,6 +41,8 @@ def numbers(reading: Reading) -> dict[str, Any]:
         "no_load_speed": drive.motor.no_load_speed,
         "com": drive.com,
         "casters": drive.casters,
+        "damping": drive.losses.damping,
+        "frictionloss": drive.losses.dry_friction,
         "wheel_inertia": drive.wheel_inertia,
     }
 
@@ -54,11 +58,72 @@ def require(found: dict[str, Any], wanted: dict[str, Any]) -> None:
             assert value == pytest.approx(wanted[quantity], rel=READ, abs=READ), quantity
 
 
+class TestPlain:
+    def test_every_number(self, tmp_path: Path) -> None:
+        reading = read(plain_robot(), tmp_path)
+        drive = reading.model
+        require(numbers(reading), expected())
+        # Chassis 2 kg, 0.02 m behind the axle, and wheels of 0.3 kg, 0.1 m from the middle.
+        assert drive.axle_inertia == pytest.approx(0.012 + 2 * 0.02**2 + 2 * (2e-4 + 0.3 * 0.1**2), rel=HAND)
+        assert drive.reflected_inertia == 0
+        assert drive.products == pytest.approx((2 * 0.02 * 0.01 - 0.04 * 0.02 / MASS, 0.0), abs=READ)
+
+    def test_its_parts_and_where_they_were_read(self, tmp_path: Path) -> None:
+        robot = plain_robot()
+        reading = read(robot, tmp_path)
+        text = text_of(robot)
+        for what, kind, name in (
+            ("chassis", "body", "chassis"),
+            ("left wheel", "joint", "left_axle"),
+            ("right wheel", "joint", "right_axle"),
+            ("left tyre", "geom", "left_tyre"),
+            ("right tyre", "geom", "right_tyre"),
+            ("caster", "geom", "caster"),
+        ):
+            assert reading.sources[what] == f"{kind} {name!r} (line {line_of(text, kind, name)})"
+        model = mujoco.MjModel.from_xml_string(reading.mjcf)
+        assert model.body(reading.parts.chassis).jntnum[0] == 1
+        for joint, motor, tyre in zip(
+            reading.parts.wheel_joints, reading.parts.motors, reading.parts.tyres, strict=True
+        ):
+            assert model.actuator(motor).trnid[0] == model.joint(joint).id
+            assert model.geom(tyre).bodyid[0] == model.joint(joint).bodyid[0]
+
+
 @pytest.mark.parametrize("name", HABITS)
 def test_a_habit_changes_what_is_read_no_more_than_it_says(name: str, tmp_path: Path) -> None:
     habit, robot = HABITS[name], plain_robot()
     habit.change(robot)
-    require(numbers(read(robot, tmp_path, hints=habit.hints)), expected(habit))
+    reading = read(robot, tmp_path, hints=habit.hints)
+    require(numbers(reading), expected(habit))
+    # A slash in a name parts robots from scenes.
+    assert [each.get("name") for each in ET.fromstring(reading.mjcf).iter() if "/" in each.get("name", "")] == []
+
+
+@pytest.mark.parametrize(
+    ("name", "told"),
+    {
+        "floor_light_and_goal": ("1 geom of the world", "1 light"),
+        "walls_and_crates": ("crate, ball, marker",),
+        "under_water": ("air or water", "gravity", "damping and armature", "thruster"),
+        "arm": ("shoulder_yaw, elbow_pitch", "shoulder_yaw_servo"),
+        "lift_at_a_key": ("'home'", "lift_slide", "lift_motor"),
+        "spinning_lidar": ("1 sensor", "lidar_spin"),
+        "caster_that_is_only_seen": ("touch nothing",),
+        "caster_a_millimetre_high": ("leans back by 0.7",),
+        "swivel_caster": ("swivel, caster_axle",),
+        "ahead_is_y": ("+y",),
+        "tail_first": ("-x",),
+        "motors_without_limits": ("no limit of torque",),
+        "motors_of_unequal_strength": ("the least",),
+        "wheels_rolled_by_157_hundredths": ("0.046 degrees",),
+    }.items(),
+)
+def test_what_is_left_out_or_assumed_is_told(name: str, told: tuple[str, ...], tmp_path: Path) -> None:
+    robot = plain_robot()
+    HABITS[name].change(robot)
+    notes = " ".join(read(robot, tmp_path, hints=HABITS[name].hints).notes)
+    assert [words for words in told if words not in notes] == []
 
 
 def test_habits_together_are_read_as_each_alone(tmp_path: Path) -> None:

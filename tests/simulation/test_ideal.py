@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -14,6 +15,7 @@ from angles import ANY_ANGLES, poses, twists
 from drives import DRIVE
 from nhtrack.errors import SimulationDiverged
 from nhtrack.ground import Ground
+from nhtrack.robots.diff_drive.losses import WheelLosses
 from nhtrack.simulation.ideal import IdealSimulation
 from nhtrack.simulation.state import State
 
@@ -145,19 +147,21 @@ def test_a_robot_is_lost_a_thousand_times_as_far_off_as_it_began(
         simulation.step(u)
 
 
-def test_telemetry_is_what_the_reduced_model_says() -> None:
+@pytest.mark.parametrize("losses", [WheelLosses(), WheelLosses((1e-3, 2e-3), (0.01, 0.02))])
+def test_telemetry_is_what_the_reduced_model_says(losses: WheelLosses) -> None:
     """Torques, speeds and loads of the twist at the end of the period; utilisation of the worse of its ends."""
-    simulation = IdealSimulation(("robot",), DRIVE, 0.1, Ground(0.5))
+    drive = replace(DRIVE, losses=losses)
+    simulation = IdealSimulation(("robot",), drive, 0.1, Ground(0.5))
     u = np.array([[0.4, -3.0]])
     begun = simulation.reset(State(0.0, np.zeros((1, 3)), np.array([[0.3, 0.0, 2.0]])))
     state = simulation.step(u)
     motion = (state.xi[:, 0], state.xi[:, 2], u[:, 0], u[:, 1])
     told = simulation.telemetry()
-    np.testing.assert_allclose(told["wheel_torque"], DRIVE.wheel_torques(*motion), rtol=tol.ROUNDED_SUM)
-    np.testing.assert_allclose(told["wheel_speed"], DRIVE.wheel_speeds(motion[0], motion[1]), rtol=tol.ROUNDED_SUM)
-    np.testing.assert_allclose(told["wheel_load"], DRIVE.wheel_loads(*motion), rtol=tol.ROUNDED_SUM)
-    before = DRIVE.friction_utilisation(begun.xi[:, 0], begun.xi[:, 2], u[:, 0], u[:, 1], 0.5)
-    predicted = np.maximum(before, DRIVE.friction_utilisation(*motion, 0.5))
+    np.testing.assert_allclose(told["wheel_torque"], drive.wheel_torques(*motion), rtol=tol.ROUNDED_SUM)
+    np.testing.assert_allclose(told["wheel_speed"], drive.wheel_speeds(motion[0], motion[1]), rtol=tol.ROUNDED_SUM)
+    np.testing.assert_allclose(told["wheel_load"], drive.wheel_loads(*motion), rtol=tol.ROUNDED_SUM)
+    before = drive.friction_utilisation(begun.xi[:, 0], begun.xi[:, 2], u[:, 0], u[:, 1], 0.5)
+    predicted = np.maximum(before, drive.friction_utilisation(*motion, 0.5))
     np.testing.assert_allclose(told["friction_utilisation_predicted"], predicted, rtol=tol.ROUNDED_SUM)
     assert (predicted > 0).all()
 

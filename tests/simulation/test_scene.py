@@ -406,17 +406,19 @@ class TestFleet:
         assert scene.blueprint.is_read_in_groups
         assert binary(scene.model) == binary(mujoco.MjModel.from_xml_string(scene.xml))
 
-    def test_many_with_parts_of_their_own_are_too(self, own_robot: Path) -> None:
-        """Classes that name a material, exclusions, tendons, sensors."""
-        own_robot.write_text(with_an_arm(own_robot.read_text()))
-        scene = made(replace(self.MANY, robot=str(own_robot), robot_contact=True))
+    def test_many_with_casters_that_swing_are_too(self) -> None:
+        """Parts of one robot do not touch each other."""
+        scene = made(replace(self.MANY, robot="mp500", robot_contact=True))
         assert scene.blueprint.is_read_in_groups
-        assert scene.model.ntendon == scene.model.neq == scene.model.nexclude == len(self.MANY.robots)
+        assert scene.model.nexclude % len(self.MANY.robots) == 0 < scene.model.nexclude
         assert binary(scene.model) == binary(mujoco.MjModel.from_xml_string(scene.xml))
 
     def test_a_robot_s_materials_are_its_own(self, own_robot: Path) -> None:
-        """Also those that geoms have by a class, which all robots share."""
-        own_robot.write_text(with_an_arm(own_robot.read_text()))
+        """Also those that geoms have by a class of the robot's file."""
+        old, new = '<default class="visual">', '<geom material="glass"/><default class="visual">'
+        bare = '<geom name="arm" size="0.01" mass="0" contype="0" conaffinity="0"/><body name="left_wheel"'
+        text = own_robot.read_text().replace(old, new).replace('<body name="left_wheel"', bare)
+        own_robot.write_text(text)
         for spec in (TRIO, self.MANY):
             model = made(replace(spec, robot=str(own_robot))).model
             for name, (geom, material) in product(
@@ -459,30 +461,6 @@ class TestFleet:
         np.testing.assert_array_equal(unit.model.qpos0, scene.model.qpos0[-unit.model.nq :])
         np.testing.assert_array_equal(unit.model.opt.gravity, scene.model.opt.gravity)
         np.testing.assert_array_equal(unit.model.material("f2/accent").rgba, scene.model.material("f2/accent").rgba)
-
-
-def with_an_arm(text: str) -> str:
-    """Returns the text of nh_mini with parts that no bundled robot has."""
-    arm = (
-        '<body name="{0}" pos="0 0 {1}"><joint name="{0}" axis="0 0 1"/><geom name="{0}" size="0.01" mass="0.01" '
-        'contype="0" conaffinity="0"/><geom size="0.005" mass="0.001" contype="0" conaffinity="0" pos="0 0 0.02"/>'
-        '<site name="{0}"/></body>'
-    )
-    arms = arm.format("arm", 0.05) + arm.format("other", 0.06)
-    rest = (
-        '</worldbody><contact><exclude body1="arm" body2="chassis"/></contact>'
-        '<equality><joint joint1="arm" joint2="other"/></equality>'
-        '<tendon><spatial name="string"><site site="arm"/><site site="other"/></spatial></tendon>'
-        '<sensor><gyro name="gyro" site="arm"/></sensor>'
-    )
-    for old, new in (
-        ('<default class="visual">', '<geom material="glass"/><site material="rim"/><default class="visual">'),
-        ('<body name="left_wheel"', f'{arms}<body name="left_wheel"'),
-        ("</worldbody>", rest),
-    ):
-        assert old in text
-        text = text.replace(old, new)
-    return text
 
 
 @pytest.fixture

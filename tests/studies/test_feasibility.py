@@ -23,6 +23,7 @@ from nhtrack.experiment.build import build
 from nhtrack.experiment.load import load_text
 from nhtrack.ground import Ground
 from nhtrack.robots.diff_drive import DiffDrive
+from nhtrack.robots.diff_drive.losses import WheelLosses
 from nhtrack.simulation.ideal import IdealSimulation
 from nhtrack.simulation.robot_models import load_robot
 from nhtrack.studies.feasibility.result import Feasibility
@@ -93,11 +94,22 @@ rates = st.tuples(*(st.floats(-bound, bound) for bound in (1.0, 10.0, 3.0, 30.0)
 slopes = st.floats(0.0, 1.0)  # of the friction angle: on a steeper one nothing holds
 
 
-@settings(max_examples=50)
-@given(rates, st.floats(0.05, 1.5), slopes, st.floats(-4.0, 4.0))
+lossy = st.sampled_from(
+    [WheelLosses(), WheelLosses((1e-3, 5e-4), (0.0, 0.0)), WheelLosses((2e-4, 1e-3), (0.004, 0.01))]
+)
+
+
+@settings(max_examples=100)
+@given(rates, st.floats(0.05, 1.5), slopes, st.floats(-4.0, 4.0), lossy)
 def test_sped_up_by_its_largest_factor_a_motion_stands_at_its_limit(
-    drive: DiffDrive, rate: tuple[float, float, float, float], friction: float, share: float, theta: float
+    drive: DiffDrive,
+    rate: tuple[float, float, float, float],
+    friction: float,
+    share: float,
+    theta: float,
+    losses: WheelLosses,
 ) -> None:
+    drive = replace(drive, losses=losses)
     ground = Ground(friction, slope=0.6 * share * math.atan(friction), uphill=0.7)  # the caster holds nothing
     motion = at_one_place(*(np.array([value]) for value in rate), theta=theta)
     factors = largest_factors(motion, drive, ground).min(axis=(1, 2))

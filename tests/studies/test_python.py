@@ -106,11 +106,11 @@ def test_feasibility_and_inspect_are_what_the_commands_print() -> None:
     printed = invoke("feasibility", "case.yaml", "--json", "--set", "physics.friction=0.1")
     assert same(nhtrack.feasibility("case.yaml", set={"physics.friction": 0.1}).table, json.loads(printed.stdout))
     printed = invoke("inspect", "burger", "--json", "--friction", 0.5)
-    assert same(nhtrack.inspect("burger", friction=0.5).rows, json.loads(printed.stdout))
+    assert same(nhtrack.inspect("burger", friction=0.5).summary, json.loads(printed.stdout))
     told = {each.name: each.value for each in nhtrack.inspect("burger").properties}
     assert told["wheel radius"] == 0.033
     shown = invoke("inspect", "burger").stdout
-    assert all(words in shown for words in ("wheel radius", "33 mm", "motion limits", "ctrlrange of"))
+    assert all(words in shown for words in ("wheel radius", "33 mm", "motion limits", "joint 'left_wheel' (line"))
 
 
 def test_limits_of_motion_grow_with_friction_and_end_where_there_is_none() -> None:
@@ -121,6 +121,7 @@ def test_limits_of_motion_grow_with_friction_and_end_where_there_is_none() -> No
     none = nhtrack.inspect("nh_mini", friction=0.0)
     assert none.limits is None
     assert "motion limits" not in {each.part for each in none.properties}
+    assert any(note.startswith("no limits of motion: at ") for note in none.notes)
 
 
 @pytest.mark.slow
@@ -169,8 +170,8 @@ def test_plot_draws_what_run_draws(here: Path) -> None:
         ({"law": {"name": "kanayama", "k_x": np.float64(2)}}, "law.k_x", 2.0),
         ({"law": LAW}, "law.file", str(LAW)),
         ({"law": {"file": LAW, "k_x": 3}}, "law.k_x", 3.0),
-        ({"robot": "burger"}, "robot", "burger"),
-        ({"robot": nhtrack.inspect("burger").path}, "robot", str(nhtrack.inspect("burger").path)),
+        ({"robot": "burger"}, "robot.file", "burger"),
+        ({"robot": nhtrack.inspect("burger").path}, "robot.file", str(nhtrack.inspect("burger").path)),
         ({"duration": 3}, "duration", 3.0),
         ({"backend": "ideal", "set": {"backend": "mujoco"}}, "backend", "ideal"),  # keywords win
         ({"set": {"name": "0123"}}, "name", "0123"),
@@ -352,7 +353,7 @@ def test_studies_show_their_tables() -> None:
         assert f"{name} {tuned.gains_before[name]:g} {gain:g}" in text_of(tuned)
     found = nhtrack.feasibility(CASE)
     assert found.verdict in text_of(found)
-    assert page_of(nhtrack.inspect("burger")).pictures == ["data:image/png;base64"]
+    assert page_of(nhtrack.inspect("burger")).pictures == ["data:image/svg+xml;base64", "data:image/png;base64"]
 
 
 def test_what_users_wrote_is_escaped(run: Outcome, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -80,7 +80,7 @@ def _torque_factor(motion: IdealMotion, drive: DiffDrive, ground: Ground, speed:
     dry = drive.losses.dry(speed, drive.wheel_speeds(motion.u_x, motion.u_theta))
     torque = drive.wheel_torques(*motion.rates, gravity) - at_rest - viscous - dry
     at_rest = at_rest + dry
-    back_voltage = motor.stall_torque * speed / motor.no_load_speed
+    back_voltage = motor.slope * speed
     factors = [
         _crossing(sign * torque, slope + sign * viscous, sign * at_rest - limit)
         for sign in (1, -1)
@@ -97,7 +97,8 @@ def _crossing(a: Array, b: Array, c: Array) -> Array:
         below = b + np.sqrt(b * b - 4 * a * c)
         root = np.where(below > 0, -2 * c / below, np.inf)
     rising = (b > 0) | ((b == 0) & (a > 0))
-    return np.where(c < 0, root, np.where((c > 0) | rising, 0.0, np.inf))
+    limited = np.where(c < 0, root, np.where((c > 0) | rising, 0.0, np.inf))
+    return np.where(np.isneginf(c), np.inf, limited)  # of a motor without limit
 
 
 @dataclass(frozen=True)

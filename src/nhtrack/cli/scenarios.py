@@ -107,12 +107,9 @@ def _law_text() -> str:
 
 def _scenario_text(target: Path) -> str:
     """Returns a scenario that is called as its file."""
-    from nhtrack.assets import find_scenario
+    from nhtrack.config.starter import starter
 
-    text = find_scenario("tour/hello").read_text(encoding="utf-8")
-    if re.fullmatch(r"[A-Za-z][\w-]*", target.stem):
-        text = re.sub(r"^name: \S+", f"name: {target.stem}", text, count=1, flags=re.MULTILINE)
-    return text
+    return starter(target.stem)
 
 
 def _write(path: Path, text: str) -> None:

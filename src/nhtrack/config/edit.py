@@ -9,7 +9,7 @@ from __future__ import annotations
 import codecs
 import io
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +18,8 @@ from ruamel.yaml.nodes import MappingNode, Node, ScalarNode
 
 from nhtrack.config.load import Loader
 from nhtrack.config.scenario import Scenario
+from nhtrack.config.tree import Path as TreePath
+from nhtrack.config.tree import dotted
 from nhtrack.errors import NhtrackError
 from nhtrack.files.atomic import atomic_path
 
@@ -85,6 +87,37 @@ def with_law_gains(text: str, gains: Mapping[str, float], marker: str, remarks: 
         changes.append((end, end, "".join(between + item for item in missing)))
     start = law_key.start_mark.index
     changes.append((*_remarks_above(text, start, marker), _comment(text, marker, remarks)))
+    return _changed(text, changes)
+
+
+def with_values(text: str, values: Mapping[TreePath, str]) -> str:
+    """Returns the text of a YAML file with other values.
+
+    Args:
+        text: the file.
+        values: what is to stand there, as YAML in one line, by the paths of keys and places that lead to it.
+
+    Raises:
+        EditError: no such value.
+    """
+    root = YAML(typ="safe", pure=True).compose(text)
+    nodes = {path: _node(root, path) for path in values}
+    spans = [(node.start_mark.index, node.end_mark.index, values[path]) for path, node in nodes.items()]
+    return _changed(text, spans)
+
+
+def _node(node: Node, path: TreePath) -> Node:
+    """Returns what keys and places lead to."""
+    for key in path:
+        below = dict(enumerate(node.value)) if isinstance(key, int) else {k.value: v for k, v in node.value}
+        if key not in below:
+            raise EditError(f"no value {dotted(path)}")
+        node = below[key]
+    return node
+
+
+def _changed(text: str, changes: Iterable[tuple[int, int, str]]) -> str:
+    """Returns a text with others from begins to ends of places in it."""
     for begin, end, new in sorted(changes, reverse=True):
         text = text[:begin] + new + text[end:]
     return text

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal, TypeAlias
+from typing import Annotated, Any, Literal, TypeAlias, get_args
 
 from pydantic import BeforeValidator, Field, SerializerFunctionWrapHandler, model_serializer
 
@@ -10,6 +10,9 @@ from nhtrack.robots.contract import Hints
 from nhtrack.section import Section
 
 Joint: TypeAlias = Annotated[str, Field(min_length=1)]
+Forward: TypeAlias = Literal["", "x", "-x", "y", "-y"]
+#: Axes of a robot's base that may point ahead; empty to read which does.
+FORWARD: tuple[str, ...] = get_args(Forward)
 
 
 class RobotSection(Section):
@@ -26,7 +29,7 @@ class RobotSection(Section):
     casters: Annotated[tuple[Joint, ...], Field(strict=False)] = Field(
         default=(), description="joints of wheels that are not driven and slide on the floor as ball casters do"
     )
-    forward: Literal["", "x", "-x", "y", "-y"] = Field(
+    forward: Forward = Field(
         default="", description="the axis of the file's base that points ahead; empty reads it from the wheels"
     )
     pose: str = Field(

@@ -16,6 +16,7 @@ _RATES = 33  # samples of the yaw rate, in which the demand is not linear
 _HEADINGS = 32  # samples of the heading on a slope
 _BISECTIONS = 40
 _TRACTION = 0.5  # of the grip, left to either acceleration, against the lateral one
+_AGILE, _SLOWER = 1.0, 8  # [rad/s] that a robot should be able to turn at; how often it is made slower for that
 _SPEED = 0.5  # of the largest speed that motors hold, beyond which they have little torque left
 
 
@@ -51,6 +52,22 @@ def motion_limits(drive: DiffDrive, ground: Ground, utilisation: float, speed: f
         middle = (least + most) / 2
         least, most = (middle, most) if fits(middle) else (least, middle)
     return Limits(v, *_rates(drive, v, least))
+
+
+def agile_limits(drive: DiffDrive, ground: Ground, utilisation: float) -> Limits:
+    """Returns `motion_limits` at the largest of some speeds at which a robot turns by a radian a second.
+
+    Large robots and those that are fast have grip for wide turns only at the speed that is usual for them.
+
+    Raises:
+        FeasibilityError: it cannot move, however slowly.
+    """
+    limits = motion_limits(drive, ground, utilisation)
+    for _ in range(_SLOWER):
+        if limits.yaw_rate >= _AGILE:
+            break
+        limits = motion_limits(drive, ground, utilisation, limits.speed / sqrt(2))
+    return limits
 
 
 def _usual_speed(drive: DiffDrive) -> float:

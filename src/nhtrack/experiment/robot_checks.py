@@ -100,8 +100,5 @@ def _swinging(robot: RobotModels) -> Iterator[str]:
 
     for figure in examine(robot.reading):
         if figure.expected > 0 and abs(figure.found / figure.expected - 1) > _SWINGING and figure.unit in ("m", "rad"):
-            share = 100 * figure.found / figure.expected
-            yield (
-                f"casters swing and roll, which the reduced model does not know of: the {figure.quantity} is {share:.0f} "
-                "% of what it says, so wheels will part from their ideal twin"
-            )
+            made = f"{figure.quantity} is {100 * figure.found / figure.expected:.0f} % of what it says"
+            yield f"casters swing, which the reduced model does not know of: the {made}, and wheels leave their twin"

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
-from math import isfinite
+from math import inf, isfinite
 
 from nhtrack.arrays import Array, namespace
 
@@ -56,16 +55,15 @@ class Motor:
     def free_speed(self, damping: float, dry_friction: float) -> float:
         """Returns the speed w [rad/s] that the motor holds against nothing but losses, d w + c, not below zero.
 
-        `w_0 (1 - c/tau_s)/(1 + d w_0/tau_s)`, or (tau_max - c)/d where the driver does not allow that torque.
+        `(1 - c/tau_s)/(1/w_0 + d/tau_s)`, or (tau_max - c)/d where the driver does not allow that torque.
 
         Args:
             damping: d [N m s/rad].
             dry_friction: c [N m].
         """
-        stall, limit, fastest = self.stall_torque, self.torque_limit, self.no_load_speed
-        speed = fastest
-        if stall < math.inf:
-            speed *= (1 - dry_friction / stall) / (1 + damping * fastest / stall)
-        if damping * speed + dry_friction > limit:
-            speed = (limit - dry_friction) / damping if damping else 0.0
+        fall = 1 / self.no_load_speed + damping / self.stall_torque
+        spare = max(1 - dry_friction / self.stall_torque, 0.0)
+        speed = spare / fall if fall else (inf if spare else 0.0)
+        if (damping * speed if damping else 0.0) + dry_friction > self.torque_limit:
+            speed = (self.torque_limit - dry_friction) / damping if damping else 0.0
         return max(speed, 0.0)

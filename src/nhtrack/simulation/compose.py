@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -12,7 +13,6 @@ from nhtrack.colours import rgb
 from nhtrack.mjcf import parse_mjcf, read_mjcf
 from nhtrack.robots.contract import Parts
 from nhtrack.robots.diff_drive import DiffDrive
-from nhtrack.robots.diff_drive.losses import WheelLosses
 from nhtrack.simulation.fleet import ROBOT, Blueprint, Robot, make_blueprint
 from nhtrack.simulation.robot_models import RobotModels
 from nhtrack.simulation.spec import SceneSpec
@@ -33,7 +33,7 @@ def compose_scene(spec: SceneSpec, robot: RobotModels, *, share_materials: bool 
     """
     arena = read_mjcf(assets.models_directory() / "arena" / "scene.xml")
     arena.compiler.remove()  # how a robot's file is read is the robot's to say; the arena has no angles
-    _set_options(arena, spec, robot.drive.losses)
+    _set_options(arena, spec)
     for effect in spec.effects:
         effect.edit_arena(arena, spec.ground)
     if spec.bodies:
@@ -52,7 +52,7 @@ def _add_robot(arena: Any, spec: SceneSpec, robot: RobotModels) -> None:
     element.model = ROBOT
     _set_contacts(element, spec, robot.parts)
     _set_motors(element, robot.drive, robot.parts)
-    _set_losses(element, spec, robot.drive, robot.parts)
+    _set_losses(arena, element, spec, robot.parts)
     for effect in spec.effects:
         effect.edit_robot(element, robot.parts, robot.nominal)
     frame = _attach(arena, element, robot.drive, robot.parts)
@@ -69,13 +69,11 @@ def _robots(spec: SceneSpec) -> tuple[Robot, ...]:
     )
 
 
-def _set_options(arena: Any, spec: SceneSpec, losses: WheelLosses) -> None:
+def _set_options(arena: Any, spec: SceneSpec) -> None:
     option = arena.option
     option.timestep = spec.timestep
     option.gravity = spec.ground.gravity  # the plane stays level in its own frame; on a slope gravity leans
-    option.integrator = "implicitfast"
-    if any(losses.damping):  # see `_set_losses`
-        option.integrator, option.flag.eulerdamp = "Euler", "disable"
+    option.integrator = "implicitfast"  # but with damping, see `_set_losses`
     option.cone = "elliptic"  # the pyramid loses 29 % of the friction limit at 45 degrees
     option.solver = "Newton"
     option.impratio = 1  # more would shrink the creep of friction, which the rate correction makes up for anyway, and
@@ -112,19 +110,27 @@ def _set_motors(robot: Any, drive: DiffDrive, parts: Parts) -> None:
             motor.ctrllimited, motor.ctrlrange = "true", (-drive.motor.torque_limit, drive.motor.torque_limit)
 
 
-def _set_losses(robot: Any, spec: SceneSpec, drive: DiffDrive, parts: Parts) -> None:
+def _set_losses(arena: Any, robot: Any, spec: SceneSpec, parts: Parts) -> None:
     """Lets viscous friction act by the mean velocity of a step, and dry friction hold as stiffly as contacts.
 
     MuJoCo's implicit damping comes after contacts are solved without it, so that they do not hold in the end: wheels
     slip, and the reaction tips the chassis. With h d/2 in the armature and damping taken explicitly, `(M + h d/2) (v' -
     v)/h = forces - d v`, contacts and friction are solved together, and friction is of second order in h.
     """
-    for name, damping, dry in zip(parts.wheel_joints, drive.losses.damping, drive.losses.dry_friction, strict=True):
-        joint = robot.find("joint", name)
+    for joint in _joints(robot.find("body", parts.chassis)):
+        damping = 0.0 if joint.damping is None else float(np.ravel(joint.damping)[0])  # a list to dm_control
         if damping:
-            joint.armature = drive.reflected_inertia + spec.timestep * damping / 2
-        if dry and spec.contact == "stiff":
+            joint.armature = (joint.armature or 0.0) + spec.timestep * damping / 2
+            arena.option.integrator, arena.option.flag.eulerdamp = "Euler", "disable"
+        if joint.frictionloss and spec.contact == "stiff":
             joint.solreffriction, joint.solimpfriction = (2 * spec.timestep, 1), _STIFF_SOLIMP
+
+
+def _joints(body: Any) -> Iterator[Any]:
+    """Yields the joints of a body and of all that hang on it."""
+    yield from body.get_children("joint")
+    for child in body.get_children("body"):
+        yield from _joints(child)
 
 
 def _attach(arena: Any, robot: Any, drive: DiffDrive, parts: Parts) -> Any:

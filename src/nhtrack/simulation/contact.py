@@ -47,6 +47,10 @@ class FrictionRow:
         inverse = float(model.dof_invweight0[dof])
         return cls(step, 2 / (largest * timeconst), (1 - impedance) / impedance * inverse)
 
+    def force(self, before: Array, after: Array) -> Array:
+        """Returns the force [N] against which a step without surface velocity ends at the velocity `after` [m/s]."""
+        return (after - (1 - self.step * self.damping) * before) / (self.step * self.regularisation)
+
     def surface_velocity(self, before: Array, after: Array, force: Array) -> Array:
         """Returns the surface velocity [m/s] with which a step under a force [N] ends at the velocity `after` [m/s]."""
         given_up = self.step * self.damping

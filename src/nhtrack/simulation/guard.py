@@ -61,6 +61,12 @@ class GuardFigure:
         """Whether they agree."""
         return bool(abs(self.found - self.expected) <= self.tolerance)
 
+    def __str__(self) -> str:
+        """Returns it as one sentence."""
+        unit = "" if self.unit == "1" else f" {self.unit}"
+        found, expected = f"{self.found:.6g}{unit} in the scene", f"{self.expected:.6g}{unit} by the reduced model"
+        return f"{self.quantity} is {found}, and {expected}: {self.cause}"
+
 
 def examine(reading: Reading) -> tuple[GuardFigure, ...]:
     """Returns what was compared between a robot, alone on a level floor of friction 1, and its reduced model.
@@ -92,14 +98,8 @@ def read_sound_robot(spec: SceneSpec) -> RobotModels:
         return robot
     wrong = [each for each in examine(robot.reading) if not each.holds]
     if wrong:
-        raise RobotError("\n".join(f"{robot.reading.file}: {_said(each)}" for each in wrong))
+        raise RobotError("\n".join(f"{robot.reading.file}: {each}" for each in wrong))
     return robot
-
-
-def _said(figure: GuardFigure) -> str:
-    unit = "" if figure.unit == "1" else f" {figure.unit}"
-    found, expected = f"{figure.found:.6g}{unit} in the scene", f"{figure.expected:.6g}{unit} by the reduced model"
-    return f"{figure.quantity} is {found}, and {expected}: {figure.cause}"
 
 
 def _mass(scene: Scene) -> Iterator[GuardFigure]:

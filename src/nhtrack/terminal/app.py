@@ -1,6 +1,6 @@
 """The application the commands register with, and what its exit codes mean.
 
-0 done; 1 another error of the package; 2 a scenario or a command line at fault; 3 a simulation that diverged;
+0 done; 1 another error of the package; 2 a scenario, a robot or a command line at fault; 3 a simulation that diverged;
 130 interrupted by the user.
 """
 
@@ -17,7 +17,14 @@ import typer
 from typer.core import TyperGroup
 
 from nhtrack import gl
-from nhtrack.errors import FeasibilityError, NhtrackError, RefusedError, ScenarioError, SimulationDiverged
+from nhtrack.errors import (
+    FeasibilityError,
+    NhtrackError,
+    RefusedError,
+    RobotError,
+    ScenarioError,
+    SimulationDiverged,
+)
 
 EXIT_ERROR, EXIT_SCENARIO, EXIT_DIVERGED, EXIT_INTERRUPTED = 1, 2, 3, 130
 _LATER = 0.01  # [s] when an interruption is tried again
@@ -50,6 +57,8 @@ class Commands(TyperGroup):
             fail(f"refused: {error}", EXIT_SCENARIO)
         except FeasibilityError as error:
             fail(f"infeasible: {error}", EXIT_SCENARIO)
+        except RobotError as error:
+            fail(f"error: {error}", EXIT_SCENARIO)
         except SimulationDiverged as error:
             fail(f"diverged: {error}", EXIT_DIVERGED)
         except NhtrackError as error:

@@ -27,7 +27,8 @@ class WheeledBody:
         reflected_inertia: the part of I_w that is the rotor's, seen through the gears; it turns inside the chassis and
             tips nothing [kg m^2].
         products: elements (xz, yz) of the whole robot's inertia tensor about its CoM, axes as the body frame [kg m^2].
-        compliances: how far wheels (left, right) and casters give way to a load, in any unit, shape (2 + k,); empty if alike.
+        compliances: how far wheels (left, right) and casters give way to a load, in any unit, shape (2 + k,); empty if
+            alike.
             Only where there are more than three supports do they matter.
         levelled: whether a planar base keeps the robot level, so that the wheels share the weight whatever it does.
         losses: viscous and dry friction at the wheel joints.

@@ -13,7 +13,7 @@ from nhtrack.robots.reading.source import Source
 
 __all__ = ["leftovers", "unknown_to_model"]
 
-_EQ, _JOINT = mujoco.mjtEq, mujoco.mjtObj.mjOBJ_JOINT
+_EQ, _WRAP = mujoco.mjtEq, mujoco.mjtWrap
 _OFF_AXIS = 1e-3  # mass of a wheel times its distance from the axis, over the robot's mass times the wheel's radius
 _UNROUND = 1e-2  # how far a wheel's inertia may be from one of revolution, over its own
 
@@ -55,11 +55,28 @@ def _coupled(source: Source, roles: Roles) -> Iterator[Refusal]:
             elif len({one, two} & inside) == 1:
                 yield Refusal(source.element("equality", e), "it ties the robot to something outside it: remove it")
     for t in range(model.ntendon):
-        first, count = int(model.tendon_adr[t]), int(model.tendon_num[t])
-        joints = {int(model.wrap_objid[w]) for w in range(first, first + count) if model.wrap_type[w] == 1}
         acts = model.tendon_stiffness[t], model.tendon_damping[t], model.tendon_frictionloss[t]
-        if joints & moving and (any(np.any(each) for each in acts) or model.tendon_limited[t]):
+        if not (any(np.any(each) for each in acts) or model.tendon_limited[t]):
+            continue
+        met = set(_met(source, t))
+        if met & bodies:
             yield Refusal(source.element("tendon", t), "it springs, brakes or stops a wheel: remove that")
+        elif met & inside and met - inside:
+            yield Refusal(source.element("tendon", t), "it ties the robot to something outside it: remove it")
+
+
+def _met(source: Source, tendon: int) -> Iterator[int]:
+    """Yields the bodies that a tendon acts on."""
+    model = source.model
+    first, count = int(model.tendon_adr[tendon]), int(model.tendon_num[tendon])
+    for w in range(first, first + count):
+        kind, at = _WRAP(int(model.wrap_type[w])), int(model.wrap_objid[w])
+        if kind == _WRAP.mjWRAP_JOINT:
+            yield int(model.jnt_bodyid[at])
+        elif kind == _WRAP.mjWRAP_SITE:
+            yield int(model.site_bodyid[at])
+        elif kind in (_WRAP.mjWRAP_SPHERE, _WRAP.mjWRAP_CYLINDER):
+            yield int(model.geom_bodyid[at])
 
 
 def _unbalanced(source: Source, roles: Roles, joint: int) -> Iterator[Refusal]:
@@ -97,28 +114,53 @@ def _floating(source: Source, roles: Roles) -> Iterator[Refusal]:
 def leftovers(source: Source, roles: Roles) -> Iterator[str]:
     """Yields what of a file is left out, a sentence each."""
     model, inside = source.model, set(source.subtree(roles.root))
-    if not any(model.jnt_type[j] == mujoco.mjtJoint.mjJNT_FREE for j in source.joints_of(roles.root)):
-        yield f"{source.element('body', roles.root)} has no free joint: it gets one"
+    yield from _freedom(source, roles)
     outside = [g for g in range(model.ngeom) if int(model.geom_bodyid[g]) not in inside]
     bodies = [source.name("body", b) for b in range(1, model.nbody) if b not in inside]
-    parts = [f"{len(outside)} geoms of the world" if outside else "", f"{model.nlight} lights" if model.nlight else ""]
+    parts = [_counted(len(outside), "geom") + " of the world" if outside else "", _counted(model.nlight, "light")]
     if bodies:
         parts.append(f"the bodies {_some(bodies)}")
-    parts += [f"{count} {what}" for count, what in ((model.nsensor, "sensors"), (model.nkey, "keys")) if count]
+    driving = {pull.actuator for pull in roles.pulls if pull.joint in roles.wheels}
+    idle = [source.name("actuator", a) for a in range(model.nu) if a not in driving]
+    parts += [_counted(model.nsensor, "sensor"), _counted(model.nkey, "key")]
+    parts += [f"{_counted(len(idle), 'actuator')} ({_some(idle)})" if idle else "", *_surroundings(source)]
     if any(parts):
         yield f"left out: {', '.join(part for part in parts if part)}; options and contact settings are the scene's"
     if roles.held:
         names = [source.name("joint", j) for j in roles.held]
-        pulled = [
-            a for a in range(model.nu) if not any(p.actuator == a for p in roles.pulls if p.joint in roles.wheels)
-        ]
-        yield (
-            f"held: {len(names)} joints ({_some(names)}), their masses counted"
-            + (f"; {len(pulled)} actuators of theirs left out" if pulled else "")
-        )
+        yield f"held: {_counted(len(names), 'joint')} ({_some(names)}), their masses counted"
     if roles.swivels:
         names = [source.name("joint", j) for j in roles.swivels]
         yield f"casters swing freely about {_some(names)}: the reduced model does not know of it, the gap shows it"
+
+
+def _freedom(source: Source, roles: Roles) -> Iterator[str]:
+    """Yields what is made of the joint that lets the base move."""
+    model = source.model
+    free = [j for j in source.joints_of(roles.root) if model.jnt_type[j] == mujoco.mjtJoint.mjJNT_FREE]
+    if not free:
+        yield f"{source.element('body', roles.root)} has no free joint: it gets one"
+    for joint in free:
+        dofs = slice(int(model.jnt_dofadr[joint]), int(model.jnt_dofadr[joint]) + 6)
+        held = {"damping": model.dof_damping, "armature": model.dof_armature, "frictionloss": model.dof_frictionloss}
+        said = [name for name, values in held.items() if values[dofs].any()]
+        if said:
+            yield f"{source.element('joint', joint)} moves freely: its {' and '.join(said)} is left out"
+
+
+def _surroundings(source: Source) -> Iterator[str]:
+    """Yields what a file has around its robot that scenes do not have."""
+    option = source.model.opt
+    if option.density or option.viscosity or np.any(option.wind):
+        yield "its air or water"
+    weightless = option.disableflags & mujoco.mjtDisableBit.mjDSBL_GRAVITY
+    if weightless or np.abs(option.gravity - (0, 0, -9.81)).max() > 0.02:
+        yield "its gravity"
+
+
+def _counted(number: int, noun: str) -> str:
+    """Returns how many of something there are; empty for none."""
+    return f"{number} {noun}{'' if number == 1 else 's'}" if number else ""
 
 
 def _some(names: Sequence[str]) -> str:

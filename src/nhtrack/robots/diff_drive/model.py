@@ -138,7 +138,7 @@ class DiffDrive(WheeledBody):
 
     @cached_property
     def load_solution(self) -> np.ndarray:
-        """Wheels' loads by the three sums of `wheel_loads`, shape (2, 3): of all that balance, least in sum C_i N_i^2."""
+        """Wheels' loads by the sums of `wheel_loads`, shape (2, 3): of all that balance, least in sum C_i N_i^2."""
         wheels = [(0.0, self.half_separation), (0.0, -self.half_separation)]
         points = np.array([*wheels, *self.casters])
         balance = np.vstack([np.ones(len(points)), points.T])

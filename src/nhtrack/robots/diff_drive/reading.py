@@ -46,7 +46,7 @@ def read(source: Source) -> Reading:
     except ValueError as error:
         raise RefusedRobot(source.file, [Refusal("", f"its standard form does not compile: {error}")]) from error
     model = identify(alone, parts, motor)
-    refusals = [*_tipping(model), *_uneven(source, axle, alone, parts, model)]
+    refusals = [*_tipping(model), *_uneven(source, axle, alone, parts, model), *_braked(source, axle, model)]
     if refusals:
         raise RefusedRobot(source.file, refusals)
     notes = (*source.notes, *leftovers(source, roles), *axle.notes, *stance.notes, *motor_notes)
@@ -65,6 +65,15 @@ def _uneven(source: Source, axle: Axle, alone: mujoco.MjModel, parts: Parts, mod
         yield Refusal(
             one, f"its wheel's inertia of {spins[0]:.6g} kg m^2 is not that of {two}, {spins[1]:.6g}: make them equal"
         )
+
+
+def _braked(source: Source, axle: Axle, model: DiffDrive) -> Iterator[Refusal]:
+    """Yields that dry friction holds a wheel against all that its motor has."""
+    limit = model.motor.torque_limit
+    for tyre, dry in zip((axle.left, axle.right), model.losses.dry_friction, strict=True):
+        if dry >= limit:
+            name = source.element("joint", tyre.joint)
+            yield Refusal(name, f"its frictionloss of {dry:.4g} N m holds it against the {limit:.4g} N m of its motor")
 
 
 def _tipping(model: DiffDrive) -> list[Refusal]:

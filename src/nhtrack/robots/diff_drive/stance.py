@@ -10,8 +10,9 @@ from scipy.optimize import brentq, minimize_scalar
 
 from nhtrack.arrays import Array
 from nhtrack.robots.contract import Refusal
+from nhtrack.robots.diff_drive.joints import is_hinge
 from nhtrack.robots.diff_drive.roles import Roles
-from nhtrack.robots.diff_drive.tyres import Axle
+from nhtrack.robots.diff_drive.tyres import Axle, read_tyre
 from nhtrack.robots.reading.shapes import ROUND
 from nhtrack.robots.reading.source import Source
 
@@ -191,13 +192,16 @@ def _tips(pulled: float) -> Refusal:
 
 def _supports(under: _Under, lean: float) -> Iterator[Support]:
     """Yields what bears weight, each place once."""
-    places = list[Array]()
+    source, places = under.source, list[Array]()
     for geom in under.touching(lean):
+        link = under.roles.link_of(source, int(source.model.geom_bodyid[geom]))
         place, _ = under.contact(geom, lean)
+        tyre = read_tyre(source, link)[0] if link >= 0 and is_hinge(source, link, upright=False) else None
+        if tyre is not None:  # of a swivel's wheel the middle of the tread, whichever of its points is lowest
+            place = under.frame(lean) @ (tyre.centre - under.axle.centre)
         place[2] = -under.axle.radius
         if all(np.hypot(*(place - other)[:2]) > 0.02 * under.axle.radius for other in places):
             places.append(place)
-            link = under.roles.link_of(under.source, int(under.source.model.geom_bodyid[geom]))
             yield Support(geom, link, place)
 
 

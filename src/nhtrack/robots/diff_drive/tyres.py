@@ -10,7 +10,7 @@ import numpy as np
 
 from nhtrack.arrays import Array
 from nhtrack.robots.contract import Refusal
-from nhtrack.robots.diff_drive.roles import touching, turning
+from nhtrack.robots.diff_drive.joints import touching, turning
 from nhtrack.robots.reading.shapes import vertices
 from nhtrack.robots.reading.source import Source
 

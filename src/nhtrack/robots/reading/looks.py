@@ -32,6 +32,23 @@ def copy_assets(source: Source, root: ET.Element) -> None:
             _write_mesh(source, each, name, assets)
     if len(assets):
         root.insert(1, assets)
+        _without_slashes(root, assets)
+
+
+def _without_slashes(root: ET.Element, assets: ET.Element) -> None:
+    """Gives assets other names where theirs have a slash, which MJCF has for robots in scenes."""
+    for kind in ("mesh", "material", "texture"):
+        taken = {each.get("name", "") for each in assets.findall(kind)}
+        for asset in assets.findall(kind):
+            old = asset.get("name", "")
+            new = old.replace("/", "_")
+            while new != old and new in taken:
+                new += "_"
+            taken.add(new)
+            asset.set("name", new)
+            for user in root.iter():
+                if user.get(kind) == old:
+                    user.set(kind, new)
 
 
 def _numbers(values: Any) -> str:

@@ -13,6 +13,8 @@ ROUND = (_TYPES.mjGEOM_SPHERE, _TYPES.mjGEOM_ELLIPSOID)
 #: Geoms whose extent is known.
 SOLID = (*ROUND, _TYPES.mjGEOM_CAPSULE, _TYPES.mjGEOM_CYLINDER, _TYPES.mjGEOM_BOX, _TYPES.mjGEOM_MESH)
 
+_TANGENTS = 180  # of an outline
+
 
 def reach(model: mujoco.MjModel, geom: int, direction: Array) -> Array:
     """Returns how far a geom reaches from its centre, max over its points p of d . p [m], shape (...).
@@ -35,6 +37,24 @@ def reach(model: mujoco.MjModel, geom: int, direction: Array) -> Array:
     if kind == _TYPES.mjGEOM_BOX:
         return np.asarray(np.abs(direction) @ size)
     return np.asarray((direction @ vertices(model, geom).T).max(axis=-1))
+
+
+def outline(model: mujoco.MjModel, geom: int, across: Array, up: Array) -> Array:
+    """Returns the outline of a geom's convex hull in a plane, from its centre [m], shape (k, 2).
+
+    The lines that touch it, d_i . p = h(d_i) for directions d_i all around, meet each other at its corners.
+
+    Args:
+        model: the compiled model.
+        geom: id of a solid one.
+        across: first axis of the plane in the geom's frame, shape (3,).
+        up: second one.
+    """
+    angles = np.linspace(0, 2 * np.pi, _TANGENTS, endpoint=False)
+    normals = np.stack([np.cos(angles), np.sin(angles)], axis=-1)
+    touched = reach(model, geom, normals @ np.stack([across, up]))
+    pairs = np.stack([normals, np.roll(normals, -1, axis=0)], axis=1)
+    return np.asarray(np.linalg.solve(pairs, np.stack([touched, np.roll(touched, -1)], axis=-1)[..., None])[..., 0])
 
 
 def vertices(model: mujoco.MjModel, geom: int) -> Array:
