@@ -1,10 +1,10 @@
 """What casters that swivel do to a robot: its motion while they roll, where the reduced model takes them as fixed.
 
-A caster rolls where the robot pulls it, so that (v, omega) and the angles of its joints determine all velocities, qvel = S
-(v, omega). What the wheel torques of the reduced model bring about, computed for casters that are fixed where they
-trail, is then
+A caster rolls where the robot pulls it, so that (v, omega) and the angles of its joints determine all velocities,
+qvel = S (v, omega). What the wheel torques of the reduced model bring about, computed for casters that are fixed
+where they trail, is then
 
-    S^T M S (v', omega') + S^T (bias + M S' (v, omega) + damping) = the same of fixed casters and the accelerations asked
+    S^T M S (v', omega') + S^T (bias + M S' (v, omega) + damping) = the same of fixed casters, as asked
 
 with MuJoCo's mass matrix M and bias. Nothing here knows of contacts, or of how they give way.
 """
@@ -32,7 +32,7 @@ _RATIO, _POSITION, _HEADING, _ORDER = 1.02, 5e-4, 5e-3, 0.9  # of gap and predic
 
 
 class Balance(NamedTuple):
-    """Inertia in (v, omega), shape (2, 2), the forces that motion alone takes (2,), rates of the casters' joints (k,)."""
+    """Inertia in (v, omega), shape (2, 2), forces that motion alone takes, (2,), rates of the casters' joints, (k,)."""
 
     inertia: Array
     forces: Array

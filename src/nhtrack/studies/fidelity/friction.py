@@ -49,7 +49,7 @@ def manoeuvres(drive: DiffDrive) -> tuple[Manoeuvre, ...]:
 def friction_limits(bench: Bench) -> Iterator[Finding]:
     """Yields how far from its prediction a wheel breaks away in each direction, with load transfer to the caster.
 
-    Not while turning where casters swivel: their side force, and with it the loads, change until they have turned round.
+    Not while turning where casters swivel: their side force and the loads change until they have turned round.
     """
     cause = "contacts take a few steps to load up; the limit is found among parameters 0.1 % apart"
     for manoeuvre in manoeuvres(bench.drive):

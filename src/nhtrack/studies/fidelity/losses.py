@@ -23,8 +23,8 @@ def coasting_down(bench: Bench) -> Iterator[Finding]:
 
     In shares of the speed it starts with, straight ahead and on the spot; and of the time until the first wheel stops,
     where dry friction stops it. A robot is placed with the twist that it would have had half a step before at constant
-    speed; it is followed from its first step on. On the spot casters that swivel turn sideways, and their robots are not
-    asked.
+    speed; it is followed from its first step on. On the spot casters that swivel turn sideways: robots with such are
+    not asked.
     """
     if not bench.drive.losses:
         return

@@ -45,8 +45,8 @@ def turning_slip(bench: Bench) -> Iterator[Finding]:
 def creep(bench: Bench) -> Iterator[Finding]:
     """Yields the creep of a robot that stands across a slope of a quarter of its friction angle.
 
-    A friction row of damping b and regularisation R creeps at R f / b under a force f; R is inverse to impratio. Casters
-    that swivel turn downhill, and the robot with them; of such robots it is not asked.
+    A friction row of damping b and regularisation R creeps at R f / b under a force f; R is inverse to impratio.
+    Casters that swivel turn downhill and their robot with them, which is not asked.
     """
     if bench.swivels:
         return
