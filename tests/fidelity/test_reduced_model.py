@@ -51,11 +51,12 @@ class Motion:
 
     @property
     def S(self) -> np.ndarray:
-        """Columns of velocities for v = 1 and for omega = 1, shape (nv, 2)."""
-        pose = np.array([[0, 0, self.theta]])
-        return np.stack(
-            [self.scene.qvel_of(pose, np.array([unit])) for unit in ((1, 0, 0), (0, 0, 1))], axis=-1
-        )
+        """Columns of velocities for v = 1 and for omega = 1, casters held, shape (nv, 2)."""
+        pose, at = np.array([[0, 0, self.theta]]), self.scene.addresses
+        columns = [self.scene.qvel_of(pose, np.array([unit])) for unit in ((1, 0, 0), (0, 0, 1))]
+        known = np.zeros(self.scene.model.nv)
+        known[[*range(at.root_qvel[0], at.root_qvel[0] + 6), *at.wheel_qvel[0]]] = 1
+        return known[:, None] * np.stack(columns, axis=-1)
 
     def at_this_motion(self) -> mujoco.MjData:
         data = mujoco.MjData(self.scene.model)
