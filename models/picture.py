@@ -10,7 +10,8 @@ gl.choose_backend()  # before MuJoCo looks for a display
 import imageio.v3 as iio  # noqa: E402
 import mujoco  # noqa: E402
 
-from nhtrack.mjcf import read_mjcf  # noqa: E402
+from nhtrack.mjcf import parse_mjcf, read_mjcf  # noqa: E402
+from nhtrack.simulation.robot_models import load_robot  # noqa: E402
 
 WIDTH, HEIGHT = 720, 405
 
@@ -46,7 +47,7 @@ def _model(folder: Path, places: dict[str, tuple[float, float, float]], height: 
     """Returns the robots in the arena, drawn finer than a film needs."""
     arena = read_mjcf(folder.parent / "arena" / "scene.xml")
     for index, (colour, (x, y, theta)) in enumerate(places.items()):
-        robot = read_mjcf(folder / "robot.xml")
+        robot = parse_mjcf(load_robot(folder.name).mjcf)
         robot.model = f"robot_{index}"
         robot.find("joint", "root").remove()  # a free joint belongs to a top-level body: the frame
         robot.find("material", "accent").rgba = (*(int(colour[i : i + 2], 16) / 255 for i in (1, 3, 5)), 1)

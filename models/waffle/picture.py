@@ -8,7 +8,7 @@ sys.path.insert(0, str(HERE.parent))
 
 from picture import draw  # noqa: E402
 
-PLACES = {"#D55E00": (0.0, 0.0, 0.2), "#0072B2": (-0.3, 0.42, -0.2), "#009E73": (-0.45, -0.36, 0.55)}
+PLACES = {"#D55E00": (0.0, 0.0, 0.2), "#0072B2": (-0.28, 0.42, -0.25), "#009E73": (-0.42, -0.52, 0.75)}
 
 if __name__ == "__main__":
-    draw(HERE, PLACES, height=0.033, lookat=(-0.17, 0.02, 0.1), view=(1.15, 207, -22))
+    draw(HERE, PLACES, height=0.033, lookat=(-0.15, -0.02, 0.11), view=(1.2, 205, -20))

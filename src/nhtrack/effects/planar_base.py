@@ -39,10 +39,16 @@ class PlanarBase(Effect):
         return replace(model, levelled=True)
 
     def edit_robot(self, robot: Any, parts: Parts, model: DiffDrive) -> None:
-        """Lets casters touch nothing."""
+        """Lets casters touch nothing, and those that swivel stand still where they trail."""
         for name in parts.casters:
             geom = robot.find("geom", name)
             geom.contype = geom.conaffinity = 0
+        for name in parts.rolling_casters:
+            body = robot.find("geom", name).parent
+            while body.name != parts.chassis:
+                for joint in list(body.joint):
+                    joint.remove()
+                body = body.parent
 
     def edit_frame(self, frame: Any) -> None:
         """Puts slides and a hinge in place of the free joint; heights then count from the axle's."""

@@ -13,6 +13,7 @@ from nhtrack.arrays import Array
 from nhtrack.errors import RobotError
 from nhtrack.robots.contract import Parts
 from nhtrack.robots.diff_drive import DiffDrive
+from nhtrack.simulation.casters import caster_rates
 from nhtrack.simulation.compose import compose_scene
 from nhtrack.simulation.fleet import Blueprint, compile_blueprint
 from nhtrack.simulation.robot_models import RobotModels, read_robot
@@ -35,6 +36,8 @@ class Addresses:
     wheel_qvel: np.ndarray  # (p, 2)
     motors: np.ndarray  # (p, 2)
     tyres: np.ndarray  # (p, 2) geom ids
+    casters: np.ndarray  # (p, k) velocities of all joints of casters that swivel
+    rollers: np.ndarray  # (p, m) geom ids of their wheels
 
 
 @dataclass(frozen=True)
@@ -48,6 +51,7 @@ class Scene:
         plant: the reduced model of the robots as they are, with what they carry.
         radius_factors: radii of the left and the right tyre over the nominal radius, as compiled.
         addresses: where each robot lives in the model's arrays.
+        caster_rates: velocities of the joints of casters that trail, for v and for omega, shape (k, 2).
         marker: mocap id of the virtual root's marker, or None.
         blueprint: the composed MJCF.
     """
@@ -58,6 +62,7 @@ class Scene:
     plant: DiffDrive
     radius_factors: tuple[float, float]
     addresses: Addresses
+    caster_rates: np.ndarray = field(repr=False)
     marker: int | None
     blueprint: Blueprint = field(repr=False)
 
@@ -128,6 +133,7 @@ class Scene:
         qvel[..., at.root_qvel + 1] = v * np.sin(theta)
         qvel[..., at.root_qvel + (3 if self.plant.levelled else 5)] = omega
         qvel[..., at.wheel_qvel] = self.drive.wheel_speeds(v, omega) / self.radius_factors
+        qvel[..., at.casters] = np.stack([v, omega], axis=-1) @ self.caster_rates.T
         return qvel
 
 
@@ -159,7 +165,9 @@ def make_scene(spec: SceneSpec, robot: RobotModels | None = None, *, share_mater
     addresses = _addresses(model, spec, robot.parts)
     marker = int(model.body(spec.robots[0]).mocapid[0]) if spec.virtual_root else None
     factors = _radius_factors(model, addresses, robot.drive)
-    return Scene(spec, model, robot.drive, robot.plant, factors, addresses, marker, blueprint)
+    still = np.zeros((addresses.casters.shape[1], 2))
+    scene = Scene(spec, model, robot.drive, robot.plant, factors, addresses, still, marker, blueprint)
+    return replace(scene, caster_rates=_caster_rates(scene)) if still.size else scene
 
 
 def stepped_scene(spec: SceneSpec, robot: RobotModels | None = None) -> Scene:
@@ -180,10 +188,22 @@ def _radius_factors(model: mujoco.MjModel, addresses: Addresses, drive: DiffDriv
     return left, right
 
 
+def _caster_rates(scene: Scene) -> np.ndarray:
+    """Returns the velocities of the first robot's casters where it stands at the origin; none on a planar base."""
+    at, data = scene.addresses, mujoco.MjData(scene.model)
+    pose = np.zeros((len(at.casters), 3))
+    data.qpos = scene.qpos_of(pose, np.zeros((len(pose), 2)))
+    mujoco.mj_fwdPosition(scene.model, data)
+    motions = np.broadcast_to([[[1.0, 0.0, 0.0]], [[0.0, 0.0, 1.0]]], (2, len(pose), 3))
+    pull = scene.qvel_of(np.broadcast_to(pose, motions.shape), motions).T
+    return caster_rates(scene.model, data, at.casters[0], at.rollers[0], pull)
+
+
 def _addresses(model: mujoco.MjModel, spec: SceneSpec, parts: Parts) -> Addresses:
     robots = spec.bodies
     roots = [model.joint(f"{name}/root/") for name in robots]
     wheels = [[model.joint(f"{name}/{joint}") for joint in parts.wheel_joints] for name in robots]
+    casters = _caster_joints(model, robots[0], parts) if robots else []
     return Addresses(
         root_qpos=np.array([int(joint.qposadr[0]) for joint in roots], dtype=int),
         root_qvel=np.array([int(joint.dofadr[0]) for joint in roots], dtype=int),
@@ -191,4 +211,15 @@ def _addresses(model: mujoco.MjModel, spec: SceneSpec, parts: Parts) -> Addresse
         wheel_qvel=np.array([[int(joint.dofadr[0]) for joint in pair] for pair in wheels], dtype=int),
         motors=np.array([[model.actuator(f"{name}/{motor}").id for motor in parts.motors] for name in robots]),
         tyres=np.array([[model.geom(f"{name}/{tyre}").id for tyre in parts.tyres] for name in robots]),
+        casters=np.array(
+            [[int(model.joint(f"{name}/{joint}").dofadr[0]) for joint in casters] for name in robots], int
+        ),
+        rollers=np.array([[model.geom(f"{name}/{geom}").id for geom in parts.rolling_casters] for name in robots], int),
     )
+
+
+def _caster_joints(model: mujoco.MjModel, name: str, parts: Parts) -> list[str]:
+    """Returns the joints of a robot's casters: its own, but for the wheels'; those of its frame end in a slash."""
+    names = (model.joint(joint).name for joint in range(model.njnt))
+    own = (each.removeprefix(f"{name}/") for each in names if each.startswith(f"{name}/") and not each.endswith("/"))
+    return [each for each in own if each not in parts.wheel_joints]

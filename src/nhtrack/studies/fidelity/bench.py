@@ -52,6 +52,11 @@ class Bench:
         """The robot's reduced model."""
         return _kept(self.spec(), self.change).drive
 
+    @property
+    def swivels(self) -> bool:
+        """Whether casters of the robot swivel, of which the reduced model does not know."""
+        return bool(_kept(self.spec(), self.change).addresses.casters.size)
+
     def find(self, check: str, value: float, unit: str, budget: float, cause: str, **rest: Any) -> Finding:
         """Returns a finding about this robot."""
         return Finding(self.robot, check, float(value), unit, budget, cause, **rest)

@@ -1,20 +1,17 @@
-"""What casters that swivel do to a robot: its motion with casters that roll, which the reduced model takes as fixed.
+"""What casters that swivel do to a robot: its motion while they roll, where the reduced model takes them as fixed.
 
-A caster of trail t, its swivel at s, rolls where the robot pulls it: with f and l ahead of and beside its wheel,
+A caster rolls where the robot pulls it, so that (v, omega) and the angles of its joints determine all velocities,
+qvel = S (v, omega). What the wheel torques of the reduced model bring about, computed for casters that are fixed
+where they trail, is then
 
-    (v + omega x (s + t) + phi' x t) . l = 0   gives phi',   the same . f = radius psi'   the spin of its wheel,
+    S^T M S (v', omega') + S^T (bias + M S' (v, omega) + damping) = the same of fixed casters, as asked
 
-so that (v, omega) and the angles phi determine all velocities, qvel = S(phi) (v, omega). What the wheel torques of the
-reduced model bring about, computed for casters that are fixed where they trail, is then
-
-    S^T M S (u_x, u_theta) + S^T (bias + M dS/dt (v, omega) + d phi') = the same with fixed casters, as asked.
-
-Nothing here knows of contacts.
+with MuJoCo's mass matrix M and bias. Nothing here knows of contacts, or of how they give way.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -23,136 +20,106 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from nhtrack.arrays import Array
+from nhtrack.simulation.casters import caster_rates
 from nhtrack.simulation.scene import Scene
+from nhtrack.studies.fidelity.bench import Bench, Finding
+from nhtrack.studies.fidelity.motion import InputSignal, difference, drive_open_loop, integrate, middles, weave_within
+from nhtrack.studies.fidelity.open_loop import DURATION, SHARE, path_length
 
-_STEP = 1e-6  # [s] of the differences that give dS/dt
+_DIFFERENCE = 1e-6  # [s] between the configurations that S' is taken from
+_TIMESTEPS = (0.002, 0.001)  # [s]
+_RATIO, _POSITION, _HEADING, _ORDER = 1.02, 5e-4, 5e-3, 0.9  # of gap and prediction; of the path; [rad]; 1
 
 
-class Caster(NamedTuple):
-    """A caster that swivels: where it does so, and which of MuJoCo's velocities are its own.
+class Balance(NamedTuple):
+    """Inertia in (v, omega), shape (2, 2), forces that motion alone takes, (2,), rates of the casters' joints, (k,)."""
 
-    Attributes:
-        place: of the swivel in the chassis frame, shape (2,) [m].
-        trail: from there to the wheel's centre where it trails, shape (2,) [m].
-        axle: of the wheel there, pointing as it turns, shape (2,).
-        radius: of its wheel [m].
-        swivel: its joint, first in coordinates, then in velocities.
-        roll: velocity of its wheel's joint.
-        upright: 1 if the swivel turns as the robot does, -1 if the other way round.
-    """
-
-    place: Array
-    trail: Array
-    axle: Array
-    radius: float
-    swivel: tuple[int, int]
-    roll: int
-    upright: float
+    inertia: Array
+    forces: Array
+    rates: Array
 
 
 @dataclass(frozen=True)
 class RollingCasters:
-    """A robot alone, with casters that roll as its wheels do."""
+    """A robot alone, and its casters."""
 
     scene: Scene
-    casters: tuple[Caster, ...]
 
-    def slip_free(self, theta: float, phi: Array) -> tuple[Array, Array]:
-        """Returns S, shape (nv, 2), and the rates of phi for v and for omega, shape (k, 2)."""
-        pose = np.array([[0.0, 0.0, theta]])
-        S = np.stack([self.scene.qvel_of(pose, np.array([unit])) for unit in ((1, 0, 0), (0, 0, 1))], axis=-1)
-        rates = np.zeros((len(self.casters), 2))
-        for caster, angle, rate in zip(self.casters, phi, rates, strict=True):
-            turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
-            trail, axle = turn @ caster.trail, turn @ caster.axle
-            ahead = np.array([axle[1], -axle[0]])
-            centre = np.stack([[1.0, 0.0], _across(caster.place + trail)], axis=-1)  # velocity for v and omega
-            rate[:] = -(axle @ centre) / (axle @ _across(trail))
-            S[caster.swivel[1]] = caster.upright * rate
-            S[caster.roll] = ahead @ (centre + np.outer(_across(trail), rate)) / caster.radius
-        return S, rates
+    @property
+    def joints(self) -> Array:
+        """Velocities of the casters' joints, shape (k,)."""
+        return np.asarray(self.scene.addresses.casters[0])
 
-    def balance(self, theta: float, phi: Array, velocity: Array, rolling: bool) -> tuple[Array, Array, Array]:
-        """Returns S^T M S, the forces that (v, omega) takes without acceleration, and the rates of phi."""
-        data, model = mujoco.MjData(self.scene.model), self.scene.model
-        still = 0.0 * phi
+    def slip_free(self, theta: float, angles: Array, rolling: bool) -> tuple[mujoco.MjData, Array]:
+        """Returns the robot at a place, and S there, shape (nv, 2)."""
+        scene, pose = self.scene, np.array([[0.0, 0.0, theta]])
+        data = mujoco.MjData(scene.model)
+        data.qpos = scene.qpos_of(pose, np.zeros((1, 2)))
+        data.qpos[scene.model.jnt_qposadr[scene.model.dof_jntid[self.joints]]] += angles
+        mujoco.mj_fwdPosition(scene.model, data)
+        S = np.stack([scene.qvel_of(pose, np.array([unit])) for unit in ((1, 0, 0), (0, 0, 1))], axis=-1)
+        S[self.joints] = 0.0
+        if rolling:
+            S[self.joints] = caster_rates(scene.model, data, list(self.joints), list(scene.addresses.rollers[0]), S)
+        return data, S
 
-        def columns(later: float, turning: Array) -> Array:
-            S, _ = self.slip_free(theta + later * velocity[1], phi + later * turning)
-            if not rolling:
-                S[[dof for caster in self.casters for dof in (caster.swivel[1], caster.roll)]] = 0.0
-            return S
-
-        turning = self.slip_free(theta, phi)[1] @ velocity if rolling else still
-        S, change = columns(0.0, turning), columns(_STEP, turning) - columns(-_STEP, turning)
-        data.qpos = self.scene.qpos_of(np.array([[0.0, 0.0, theta]]), np.zeros((1, 2)))
-        for caster, angle in zip(self.casters, phi, strict=True):
-            data.qpos[caster.swivel[0]] += caster.upright * angle
-        data.qvel, data.qacc = S @ velocity, change @ velocity / (2 * _STEP)
-        mujoco.mj_fwdPosition(model, data)
+    def balance(self, theta: float, angles: Array, motion: Array, rolling: bool = True) -> Balance:
+        """Returns what a motion (v, omega) takes at a heading and angles of the casters, rolling or fixed."""
+        model, rates = self.scene.model, np.zeros(len(angles))
+        data, S = self.slip_free(theta, angles, rolling)
+        if rolling:
+            rates = S[self.joints] @ motion
+        ahead, behind = (
+            self.slip_free(theta + h * motion[1], angles + h * rates, rolling)[1] for h in (_DIFFERENCE, -_DIFFERENCE)
+        )
+        data.qvel, data.qacc = S @ motion, (ahead - behind) @ motion / (2 * _DIFFERENCE)
         mujoco.mj_fwdVelocity(model, data)
         matrix, forces = np.zeros((model.nv, model.nv)), np.empty(model.nv)
         mujoco.mj_fullM(model, data, matrix)
         mujoco.mj_rne(model, data, 1, forces)
-        forces += model.dof_armature * data.qacc
-        own = [dof for caster in self.casters for dof in (caster.swivel[1], caster.roll)]
-        forces[own] += model.dof_damping[own] * data.qvel[own]
-        return S.T @ matrix @ S, S.T @ forces, turning
+        forces += model.dof_armature * data.qacc  # rotors are no bodies, mj_rne leaves them out
+        forces[self.joints] += model.dof_damping[self.joints] * data.qvel[self.joints]
+        return Balance(S.T @ matrix @ S, S.T @ forces, rates)
 
-    def drive(self, signal: Callable[[Array], Array], time: Array) -> Array:
+    def drive(self, signal: InputSignal, time: Array) -> Array:
         """Returns the poses, shape (t, 3), of a robot that starts from rest with casters that trail."""
-        k = len(self.casters)
+        k = len(self.joints)
 
         def rate(t: float, y: Array) -> Array:
-            theta, phi, velocity = float(y[2]), y[3 : 3 + k], y[3 + k :]
-            matrix, forces, turning = self.balance(theta, phi, velocity, rolling=True)
-            fixed, asked, _ = self.balance(theta, 0.0 * phi, velocity, rolling=False)
-            acceleration = np.linalg.solve(matrix, fixed @ signal(np.array(t)) + asked - forces)
-            ahead = velocity[0] * np.array([np.cos(theta), np.sin(theta)])
-            return np.concatenate([ahead, velocity[1:], turning, acceleration])
+            theta, angles, motion = float(y[2]), y[3 : 3 + k], y[3 + k :]
+            found = self.balance(theta, angles, motion)
+            asked = self.balance(theta, 0.0 * angles, motion, rolling=False)
+            push = asked.inertia @ signal(np.array(t)) + asked.forces - found.forces
+            ahead = motion[0] * np.array([np.cos(theta), np.sin(theta)])
+            return np.concatenate([ahead, motion[1:], found.rates, np.linalg.solve(found.inertia, push)])
 
-        found = solve_ivp(
-            rate, (time[0], time[-1]), np.zeros(5 + k), method="DOP853", rtol=1e-9, atol=1e-11, t_eval=time
-        )
+        start = np.zeros(5 + k)
+        found = solve_ivp(rate, (time[0], time[-1]), start, method="DOP853", rtol=1e-8, atol=1e-10, t_eval=time)
         return np.asarray(found.y[:3].T)
 
 
-def rolling_casters(scene: Scene) -> RollingCasters:
-    """Returns the casters of a robot alone, those of its hinges that are no wheels of its own.
-
-    Raises:
-        ValueError: a hinge is not part of a caster: a swivel that stands upright, and in it a wheel.
-    """
-    model, data = scene.model, mujoco.MjData(scene.model)
-    data.qpos = scene.qpos_of(np.zeros((1, 3)), np.zeros((1, 2)))
-    mujoco.mj_forward(model, data)
-    wheels = set(scene.addresses.wheel_qvel.ravel())
-    hinges = [
-        joint
-        for joint in range(model.njnt)
-        if model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_HINGE and model.jnt_dofadr[joint] not in wheels
-    ]
-    found = []
-    for swivel, roll in zip(hinges[::2], hinges[1::2], strict=True):
-        upright, axle = data.xaxis[swivel][2], data.xaxis[roll]
-        if abs(upright) < 1 - 1e-9 or abs(axle[2]) > 1e-9:
-            raise ValueError(f"{model.joint(swivel).name} and {model.joint(roll).name} make no caster")
-        place, centre = data.xanchor[swivel], data.xanchor[roll]
-        addresses = int(model.jnt_qposadr[swivel]), int(model.jnt_dofadr[swivel])
-        found.append(
-            Caster(
-                place[:2].copy(),
-                (centre - place)[:2],
-                axle[:2].copy(),
-                float(centre[2]),
-                addresses,
-                int(model.jnt_dofadr[roll]),
-                float(upright),
-            )
-        )
-    return RollingCasters(scene, tuple(found))
-
-
-def _across(vector: Array) -> Array:
-    """Returns a vector of the plane turned by 90 degrees to the left."""
-    return np.array([-vector[1], vector[0]])
+def swivel_casters(bench: Bench) -> Iterator[Finding]:
+    """Yields what casters that swivel do to a drive at half the motors' limits, and what they are predicted to do."""
+    if not bench.swivels:
+        return
+    weave, finest = weave_within(bench.drive, SHARE, duration=DURATION), min(_TIMESTEPS)
+    time = finest * np.arange(round(DURATION / finest) + 1)
+    expected, ideal = RollingCasters(bench.scene()).drive(weave, time), integrate(weave, time)[0][:, 0]
+    runs = [drive_open_loop(bench.simulation(timestep=h), weave(middles(DURATION, h))[:, None]) for h in _TIMESTEPS]
+    left = [difference(run.g[:, 0], expected[:: round(h / finest)]) for run, h in zip(runs, _TIMESTEPS, strict=True)]
+    gap, predicted, path = (
+        difference(runs[-1].g[:, 0], ideal).position,
+        difference(expected, ideal).position,
+        path_length(weave),
+    )
+    cause = "casters that turn round push the robot aside, and rolling they have not the inertia of fixed ones"
+    yield bench.find("swivel casters: gap to the ideal robot", gap / path, "1", _RATIO * predicted / path, cause)
+    ratio = max(gap / predicted, predicted / gap)
+    yield bench.find("swivel casters: gap and its prediction, larger over smaller", ratio, "1", _RATIO, cause)
+    cause = "first order in the step: the rate correction is the tyres' alone, a caster that turns slides a little"
+    yield bench.find("swivel casters: position beyond prediction", left[-1].position / path, "1", _POSITION, cause)
+    yield bench.find("swivel casters: heading beyond prediction", left[-1].heading, "rad", _HEADING, cause)
+    order = float(np.log2(left[0].position / left[1].position))
+    yield bench.find(
+        "swivel casters: order in the step, beyond prediction", order, "1", _ORDER, cause, sense="at least"
+    )

@@ -20,7 +20,12 @@ _UNCORRECTED = 0.02  # of the path
 
 
 def open_loop(bench: Bench) -> Iterator[Finding]:
-    """Yields error and order of a drive at half the motors' limits for 10 s, see `weave_within`."""
+    """Yields error and order of a drive at half the motors' limits for 10 s, see `weave_within`.
+
+    Of robots whose casters swivel `swivel_casters` does.
+    """
+    if bench.swivels:
+        return
     weave = weave_within(bench.drive, SHARE, duration=DURATION)
     corrected, plain = (step_errors(bench, weave, rate_correction) for rate_correction in (True, False))
     at_1_ms, path = TIMESTEPS.index(0.001), path_length(weave)

@@ -13,7 +13,7 @@ from nhtrack.errors import SimulationDiverged
 from nhtrack.execution import Processes
 from nhtrack.experiment.loop import Progress
 from nhtrack.files.folder import save_json
-from nhtrack.studies.fidelity import closed_loop, conservation, friction, losses, model, open_loop, slip
+from nhtrack.studies.fidelity import casters, closed_loop, conservation, friction, losses, model, open_loop, slip
 from nhtrack.studies.fidelity.bench import Bench, Finding
 from nhtrack.studies.run.run import versions
 
@@ -27,6 +27,7 @@ CHECKS: dict[str, Check] = {
         model.load_shares,
         open_loop.open_loop,
         open_loop.planar_base,
+        casters.swivel_casters,
         slip.turning_slip,
         slip.creep,
         slip.ice,
@@ -43,6 +44,7 @@ CHECKS: dict[str, Check] = {
 }
 GROUPS = {
     model: "Reduced model against MuJoCo's dynamics",
+    casters: "Casters that swivel: a drive without a law against a model of casters that roll",
     open_loop: "Open loop: a drive without a law against an independent integrator",
     slip: "Slip and creep of tyres",
     friction: "Limits of friction",
