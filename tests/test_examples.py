@@ -12,7 +12,12 @@ import pytest
 ROOT = Path(__file__).parents[1]
 EXAMPLES = ROOT / "examples"
 LAW = EXAMPLES / "write_a_law"
-PAGES = {"python.md": sorted(EXAMPLES.glob("*.py")), "own_law.md": sorted(LAW.glob("*.*"))}
+ROBOT = EXAMPLES / "bring_a_robot"
+PAGES = {
+    "python.md": sorted(EXAMPLES.glob("*.py")),
+    "own_law.md": sorted(LAW.glob("*.*")),
+    "own_robot.md": sorted(ROBOT.glob("*.*")),
+}
 FILES = [(page, path) for page, paths in PAGES.items() for path in paths]
 
 # What each script prints of what it claims.
@@ -68,11 +73,26 @@ def test_scripts_run_and_print_what_they_claim(name: str, printed: dict[str, str
     assert re.search(PRINTED[name], printed[name]), printed[name]
 
 
+def pytest_of(folder: Path, file: str) -> list[str]:
+    """Returns what pytest is given to run the tests of an example, without this project's settings."""
+    return ["-q", "-p", "no:cacheprovider", "-c", "/dev/null", "--rootdir", str(folder), file]
+
+
 @pytest.mark.slow
 def test_the_example_of_a_law_runs() -> None:
     """One Python runs the script and the tests: importing is most of the work."""
-    options = ["-q", "-p", "no:cacheprovider", "-c", "/dev/null", "--rootdir", str(LAW), "test_my_law.py"]
-    both = f"import pytest, runpy; runpy.run_path('run_it.py', run_name='__main__'); pytest.main({options})"
+    tests = f"pytest.main({pytest_of(LAW, 'test_my_law.py')})"
+    both = f"import pytest, runpy; runpy.run_path('run_it.py', run_name='__main__'); {tests}"
     done = subprocess.run([sys.executable, "-B", "-c", both], cwd=LAW, capture_output=True, text=True, check=True)
     assert re.search(r"0\.\d+ mm from the leader at 12 s", done.stdout), done.stdout
     assert "8 passed" in done.stdout, done.stdout
+
+
+@pytest.mark.slow
+@pytest.mark.render
+def test_the_robots_of_the_example_keep_their_contract() -> None:
+    """Two robots, eight tests each; what they look like is among them."""
+    command = [sys.executable, "-B", "-m", "pytest", *pytest_of(ROBOT, "test_my_robot.py")]
+    done = subprocess.run(command, cwd=ROBOT, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout
+    assert "16 passed" in done.stdout, done.stdout

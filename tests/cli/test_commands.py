@@ -171,7 +171,7 @@ class Runs:
     ("ending", "code", "message"),
     [
         (SimulationDiverged("fell over", "follower", 1.25), 3, "diverged: fell over: robot 'follower' at t = 1.250 s"),
-        (RobotError("no wheels"), 1, "error: no wheels"),
+        (RobotError("no wheels"), 2, "error: no wheels"),
         (KeyboardInterrupt(), 130, "interrupted"),
         (PermissionError(13, "Permission denied", "runs"), 1, "error: [Errno 13] Permission denied: 'runs'"),
     ],

@@ -1,4 +1,4 @@
-"""What pages tell a reader to do can be done: commands, links, and, in tutorials, every step."""
+"""What pages tell a reader to do can be done: commands, links, and, in tutorials and a how-to, every step."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from typer.main import get_command
 from nhtrack.cli import app
 
 ROOT = Path(__file__).parents[2]
-TUTORIALS = sorted(ROOT.glob("docs/tutorials/*.md"))
+FOLLOWED = [*sorted(ROOT.glob("docs/tutorials/*.md")), ROOT / "docs/how-to/own_robot.md"]
 PAGES = sorted(page for folder in ("", "docs/**/", "models/*/", "renders/") for page in ROOT.glob(f"{folder}*.md"))
 every_page = pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
 
@@ -80,13 +80,15 @@ def test_commands_are_found(session: ModuleType, text: str, expected: list[list[
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("page", TUTORIALS, ids=lambda page: page.stem)
-def test_a_tutorial_can_be_followed(page: Path, session: ModuleType, tmp_path: Path) -> None:
+@pytest.mark.render
+@pytest.mark.parametrize("page", FOLLOWED, ids=lambda page: page.stem)
+def test_a_page_can_be_followed(page: Path, session: ModuleType, tmp_path: Path) -> None:
     printed = list(session.perform(page, tmp_path))
     text = page.read_text(encoding="utf-8")
     assert len(printed) == text.count("<!-- begin: ")
     assert all(printed)
-    figures = re.findall(r"\]\(figures/([\w-]+)-(\w+)\.png\)", text)
+    figures = re.findall(r"\]\(figures/(?:([\w-]+)-)?(\w+)\.png\)", text)
     assert figures
     for run, figure in figures:
-        assert (tmp_path / "runs" / run / "figures" / f"{figure}.png").is_file()
+        folder = tmp_path / "runs" / run / "figures" if run else tmp_path
+        assert (folder / f"{figure}.png").is_file()

@@ -87,7 +87,7 @@ def test_nothing_is_written_where_that_is_asked_for_or_refused() -> None:
     ("arguments", "code", "message"),
     [
         (["--check", "opn_loop"], 2, "no check 'opn_loop'; did you mean 'open_loop'?"),
-        (["--robot", "nh_mni"], 1, "no robot 'nh_mni'; did you mean 'nh_mini'?"),
+        (["--robot", "nh_mni"], 2, "no robot 'nh_mni'; did you mean 'nh_mini'?"),
     ],
 )
 def test_a_misspelt_name_is_told_before_anything_is_measured(arguments: list[str], code: int, message: str) -> None:

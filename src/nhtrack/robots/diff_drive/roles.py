@@ -64,7 +64,7 @@ def find_roles(source: Source) -> Roles:
     others = [j for body in source.subtree(root)[1:] for j in source.joints_of(body) if j not in rolling]
     floor = min((bottom_of(source, j) for j in rolling), default=0.0)
     swivels, passive = _casters(source, others, driven, floor)
-    refusals = [*not_two_wheels(source, rolling, driven), *passive]
+    refusals = [*not_two_wheels(source, rolling, driven), *(passive if driven else ())]
     if len(rolling) > 1:
         refusals += with_rollers(source, rolling)
     if len(rolling) == 2:

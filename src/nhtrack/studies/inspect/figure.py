@@ -25,7 +25,7 @@ from nhtrack.studies.inspect.silhouette import ABOVE, SIDE, Piece, silhouette
 __all__ = ["robot_figure"]
 
 _WIDEST, _TALLEST, _NARROWEST = 2.95, 5.2, 2.45  # [in] of panels
-_LEFT, _BETWEEN, _RIGHT, _LEGEND = 0.50, 0.62, 0.06, 0.30  # [in] beside panels; below them
+_LEFT, _BETWEEN, _RIGHT, _LEGEND = 0.50, 0.62, 0.12, 0.30  # [in] beside panels; below them
 _BESIDE, _ABOVE, _BELOW = 0.74, 0.26, 0.52  # [in] around a robot, for dimensions
 _NUMBERS = 0.24  # [in] for the numbers of a vertical axis
 _AWAY, _BEYOND = 0.20, 0.05  # [in] from the robot to a dimension line; from there to the end of its extension lines

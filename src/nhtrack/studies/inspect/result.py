@@ -181,19 +181,19 @@ class Inspection:
     def _masses(self) -> Iterator[Property]:
         drive, inertia = self.drive, "mass matrix"
         yield Property("masses", "mass", drive.mass, "kg", inertia)
-        names = ("centre of mass ahead of axle", "centre of mass to the left", "height of centre of mass")
+        names = ("centre of mass, ahead", "centre of mass, left", "centre of mass, height")
         for name, value in zip(names, drive.com, strict=True):
             yield Property("masses", name, value, "m", "bodies")
         yield Property("masses", "yaw inertia about axle", drive.axle_inertia, "kg m²", inertia)
         yield Property("masses", "spin inertia of a wheel", drive.wheel_inertia, "kg m²", inertia)
         yield Property("masses", "of it, geared rotor", drive.reflected_inertia, "kg m²", "armature")
         for name, load in drive.support_loads().items():
-            yield Property("masses", f"load of {name} at rest", float(load), "N", "supports")
+            yield Property("masses", f"load at rest, {name}", float(load), "N", "supports")
 
     def _model(self) -> Iterator[Property]:
         drive, losses = self.drive, self.drive.losses
-        yield Property("reduced model", "mass felt by motors", drive.m_eff, "kg", "m + 2 I_w / r²")
-        yield Property("reduced model", "yaw inertia felt by motors", drive.J_eff, "kg m²", "J + 2 I_w b² / r²")
+        yield Property("reduced model", "mass motors feel", drive.m_eff, "kg", "m + 2 I_w / r²")
+        yield Property("reduced model", "yaw inertia motors feel", drive.J_eff, "kg m²", "J + 2 I_w b² / r²")
         for k, side in enumerate(("left", "right")):
             yield Property("reduced model", f"damping, {side} wheel", losses.damping[k], "N m s", f"{side} wheel")
             dry = losses.dry_friction[k]
