@@ -97,8 +97,8 @@ def _unbalanced(source: Source, roles: Roles, joint: int) -> Iterator[Refusal]:
     if float(np.ptp(across)) > _UNROUND * total * radius**2:
         yield Refusal(
             source.element("joint", joint),
-            f"the wheel's inertia across its axis is {across[0]:.3g} one way and {across[1]:.3g} kg m^2 the other; make "
-            "it that of a body of revolution",
+            f"the wheel's inertia across its axis is {across[0]:.3g} one way and {across[1]:.3g} kg m^2 the other; "
+            "make it that of a body of revolution",
         )
     if mass * off > _OFF_AXIS * total * radius:
         yield Refusal(
