@@ -8,8 +8,9 @@ import pytest
 
 import nhtrack
 from nhtrack.errors import ScenarioError
+from odd_robots.faults import FAULTS
 from odd_robots.plain import text_of
-from odd_robots.variants import EVERY, variants
+from odd_robots.variants import EVERY, made, variants
 
 COUNT = 120
 FOLLOWED = 1e-3  # of the path: how far wheels and ideal twin may part
@@ -27,6 +28,18 @@ followers:
   - {{name: follower, parents: [leader], start: {{pose: [-0.1, 0.06, 0.3]}}}}
 law: {{name: universal, limits: {{utilisation: 0.5}}}}
 """
+
+
+def test_validation_tells_every_reason_and_where_the_scenario_names_the_robot(tmp_path: Path) -> None:
+    faults = ("springs_on_wheels", "coupled_wheels", "a_weightless_chassis")
+    (tmp_path / "robot.xml").write_text(text_of(made((), *faults)), encoding="utf-8")
+    scenario = tmp_path / "scenario.yaml"
+    scenario.write_text(SCENARIO.format(robot="robot.xml"), encoding="utf-8")
+    found = nhtrack.validate(scenario)
+    assert [(fault.line, fault.key) for fault in found] == [(4, "robot")] * 4
+    for name in faults:
+        for kind, element in FAULTS[name].blames:
+            assert sum(f"{kind} {element!r} (line " in fault.message for fault in found) == 1
 
 
 @pytest.mark.slow
