@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 
 from nhtrack import assets
+from nhtrack.simulation.robot_models import load_robot
 
 pytestmark = [pytest.mark.slow, pytest.mark.render]
 
@@ -34,12 +35,13 @@ for name in robots:
     runpy.run_path(f"{models}/{name}/picture.py", run_name="__main__")
 import mujoco, numpy as np
 from pathlib import Path
-from nhtrack.mjcf import read_mjcf
+from nhtrack.mjcf import parse_mjcf, read_mjcf
+from nhtrack.simulation.robot_models import load_robot
 for name, (radius, scale, height, *centre) in robots.items():
     arena = read_mjcf(Path(models, "arena/scene.xml"))
     arena.visual.quality.shadowsize = 1024
     for index, colour in enumerate(colours):
-        robot = read_mjcf(Path(models, name, "robot.xml"))
+        robot = parse_mjcf(load_robot(name).mjcf)
         robot.model = f"r{index}"
         robot.find("joint", "root").remove()
         robot.find("material", "accent").rgba = (*colour, 1)
@@ -90,8 +92,9 @@ class Seen(NamedTuple):
 
 def measure(name: str) -> tuple[float, float, np.ndarray, float]:
     """Wheel radius, half wheel separation, rectangle around the hull, its top above the floor [m]."""
-    model = mujoco.MjModel.from_xml_path(str(MODELS / name / "robot.xml"))
-    hulls = [geom for geom in map(model.geom, range(model.ngeom)) if geom.name.startswith("hull")]
+    reading = load_robot(name)
+    model, parts = mujoco.MjModel.from_xml_string(reading.mjcf), reading.parts
+    hulls = [model.geom(name) for name in parts.collision_geoms if name not in (*parts.tyres, *parts.casters)]
     centre = np.array([geom.pos for geom in hulls])
     boxes = [geom.type[0] == mujoco.mjtGeom.mjGEOM_BOX for geom in hulls]  # the others are upright cylinders
     half = np.array([geom.size if box else geom.size[[0, 0, 1]] for geom, box in zip(hulls, boxes, strict=True)])
