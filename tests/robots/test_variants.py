@@ -13,7 +13,9 @@ from odd_robots.plain import text_of
 from odd_robots.variants import EVERY, made, variants
 
 COUNT = 120
-FOLLOWED = 1e-3  # of the path: how far wheels and ideal twin may part
+# How far wheels and ideal twin may part, of the path: a few micrometres where an axle leans by 1.57 for pi/2; and what
+# a swivel caster does, of which the reduced model does not know.
+FOLLOWED, SWIVELLED = 3e-5, 1e-3
 
 SCENARIO = """
 name: variant
@@ -61,7 +63,7 @@ def test_variants_are_followed_or_refused(tmp_path: Path) -> None:
             wrong.append(f"{label}: not refused")
         seen += 1
         share = max(robot["gap_position_max"] / robot["path_length"] for robot in robots)
-        if share > FOLLOWED:
+        if share > (SWIVELLED if "swivel_caster" in variant.made_of else FOLLOWED):
             wrong.append(f"{label}: gap {share:.1e} of the path")
     assert not wrong, "\n".join(wrong)
     assert seen >= COUNT * (EVERY - 1) // EVERY
