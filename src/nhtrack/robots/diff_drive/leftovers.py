@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 import mujoco
 import numpy as np
 
+from nhtrack.arrays import Array
 from nhtrack.robots.contract import Refusal
 from nhtrack.robots.diff_drive.roles import Roles
 from nhtrack.robots.reading.source import Source
@@ -15,7 +16,7 @@ __all__ = ["leftovers", "unknown_to_model"]
 
 _EQ, _WRAP = mujoco.mjtEq, mujoco.mjtWrap
 _OFF_AXIS = 1e-3  # mass of a wheel times its distance from the axis, over the robot's mass times the wheel's radius
-_UNROUND = 1e-2  # how far a wheel's inertia may be from one of revolution, over its own
+_UNROUND = 2e-2  # how far a wheel's inertia may be from one of revolution, over the robot's mass times radius squared
 
 
 def unknown_to_model(source: Source, roles: Roles) -> Iterator[Refusal]:
@@ -91,11 +92,30 @@ def _unbalanced(source: Source, roles: Roles, joint: int) -> Iterator[Refusal]:
     off = float(np.linalg.norm(np.cross(middle - anchor, axis)))
     total = float(model.body_subtreemass[roles.root])
     low = min((source.bottom(g) for g in source.geoms_of(bodies)), default=anchor[2] - 1.0)
-    if mass * off > _OFF_AXIS * total * max(anchor[2] - low, 1e-9):
+    radius = max(anchor[2] - low, 1e-9)
+    across = _inertia_across(source, bodies, anchor, axis)
+    if float(np.ptp(across)) > _UNROUND * total * radius**2:
+        yield Refusal(
+            source.element("joint", joint),
+            f"the wheel's inertia across its axis is {across[0]:.3g} one way and {across[1]:.3g} kg m^2 the other; "
+            "make it that of a body of revolution",
+        )
+    if mass * off > _OFF_AXIS * total * radius:
         yield Refusal(
             source.element("joint", joint),
             f"the wheel is eccentric: its centre of mass lies {off:.3g} m off its axis; put it on the axis",
         )
+
+
+def _inertia_across(source: Source, bodies: Sequence[int], anchor: Array, axis: Array) -> Array:
+    """Returns the principal moments of inertia across an axis, about a point of it [kg m^2], shape (2,)."""
+    inertia = np.zeros((3, 3))
+    for body in bodies:
+        turned, off = np.array(source.data.ximat[body]).reshape(3, 3), source.data.xipos[body] - anchor
+        inertia += turned @ np.diag(source.model.body_inertia[body]) @ turned.T
+        inertia += source.model.body_mass[body] * (off @ off * np.eye(3) - np.outer(off, off))
+    plane = np.linalg.svd(axis[None])[2][1:]
+    return np.asarray(np.linalg.eigvalsh(plane @ inertia @ plane.T))
 
 
 def _floating(source: Source, roles: Roles) -> Iterator[Refusal]:

@@ -18,7 +18,6 @@ from nhtrack.robots.contract import Parts
 from nhtrack.robots.diff_drive.roles import Roles
 from nhtrack.robots.diff_drive.stance import Stance, Support
 from nhtrack.robots.diff_drive.tyres import Axle, Tyre
-from nhtrack.robots.reading.shapes import ROUND
 from nhtrack.robots.reading.source import Source
 from nhtrack.robots.reading.standard import Link, Names, pairs_apart, text, write_document, write_link
 
@@ -178,7 +177,7 @@ def _write_support(found: Found, support: Support, link: Link, body: ET.Element,
         element.set("pos", text(along * axis))
         element.set("zaxis", text(np.cross(axis, [0.0, 0.0, 1.0])))
         return
-    sphere = model.geom_type[support.geom] in ROUND[:1]
+    sphere = model.geom_type[support.geom] == mujoco.mjtGeom.mjGEOM_SPHERE
     radius = float(model.geom_size[support.geom, 0]) if sphere else _BALL * found.axle.radius
     _write_contact(body, name, "sphere", (radius,), touch + np.array([0.0, 0.0, radius]))
 

@@ -21,7 +21,8 @@ def inspection_tables(found: Inspection) -> tuple[ResultTable, ...]:
 
 def _elements(found: Inspection) -> ResultTable:
     rows = tuple(TableRow((part, element)) for part, element in found.reading.sources.items())
-    return ResultTable(f"{found.name}: {found.reading.file}", ("part", "read from"), rows, frozenset({"part", "read from"}))
+    head = ("part", "read from")
+    return ResultTable(f"{found.name}: {found.reading.file}", head, rows, frozenset(head))
 
 
 def _numbers(found: Inspection) -> ResultTable:
