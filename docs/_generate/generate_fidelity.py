@@ -122,7 +122,7 @@ def convergence() -> Figure:
         panel.set_xticks(h, [f"{value:g}" for value in h])
         panel.minorticks_off()
         panel.plot([1.0], [budget], "_", color=INK, markersize=16)
-        panel.annotate("budget", (1.0, budget), xytext=(0, 3), textcoords="offset points", ha="center", fontsize=8)
+        panel.annotate("budget", (1.0, budget), xytext=(10, -3), textcoords="offset points", fontsize=8)
     panel_title(panels[0], "a", "solid: with rate correction")
     panel_title(panels[1], "b", "dashed: without")
     figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=len(COLOURS))

@@ -127,4 +127,4 @@ def test_a_prediction_without_the_casters_turning_is_told_apart(bench: Bench, mo
     assert all(finding.ok for finding in findings(bench).values())
     monkeypatch.setattr(casters, "RollingCasters", lighter)
     broken = {name for name, finding in findings(bench).items() if not finding.ok}
-    assert {"gap and its prediction, larger over smaller", "position beyond prediction"} <= broken
+    assert {"that gap against its prediction", "position beyond prediction"} <= broken
