@@ -31,6 +31,14 @@ class TestLimitedUniversal(LawContract):
     law = law_named("universal")(limits=LIMITS)
 
 
+class TestAgile(LawContract):
+    law = law_named("agile")()
+
+
+class TestLimitedAgile(LawContract):
+    law = law_named("agile")(limits=LIMITS)
+
+
 class TestKanayama(LawContract):
     law = law_named("kanayama")()
 

@@ -19,6 +19,7 @@ _BUILT_IN = (
     "published",
     "stabiliser",
     "universal",
+    "agile",
     "kanayama",
     "samson",
     "jiang_nijmeijer",

@@ -24,20 +24,20 @@ keeps moving (tests/laws/test_universal.py). What is proved and what is measured
 
 from __future__ import annotations
 
-from math import atan2, copysign, cos, isinf, pi, sin, sqrt
+from math import atan2, cos, pi, sin, sqrt
 from typing import Annotated, NamedTuple
 
 from nhtrack import planar
 from nhtrack.compiled import compiled
 from nhtrack.laws.contract import Follower, Gain, Leader, Limits
 from nhtrack.laws.gains import DAMPING, PlaceDeadZoneSpeed
+from nhtrack.laws.limited import field_warnings, return_rate, within
 
 SIDE_SWITCH = cos(0.6 * pi)  # polar angle beyond which the other side's field is taken; it starts at 0.4 pi
 GEAR_SWITCH_MOVING = cos(0.6 * pi)  # heading off the leader's beyond which the gear is changed; then 0.4 pi are left
 GEAR_SWITCH_RESTING = cos(0.9 * pi)  # the same where the field outweighs the leader's own velocity
 HYSTERESIS = 0.25  # [rad] how far past pi a heading error goes before a whole turn is dropped
 UNDOCK = 2.0  # docking ends at so many times the radius or the speed at which it begins
-BRAKING = 0.5  # share of the yaw acceleration limit that braking towards a heading counts on
 
 
 class Gains(NamedTuple):
@@ -145,12 +145,13 @@ def command(
     omega_01 = follower.omega - leader.omega
     turns = planar.winding_number_after(r.heading - aim.heading, float(memory.turns), HYSTERESIS)
     error = r.heading - aim.heading - 2 * pi * turns
-    u_theta = leader.u_theta - gains.k2 * (omega_01 - aim.turn + _return_rate(gains, limits, error))
+    back, _ = return_rate(gains.k1 / gains.k2, limits.yaw_acceleration, error)
+    u_theta = leader.u_theta - gains.k2 * (omega_01 - aim.turn + back)
     v_d = aim.w_x * r.cos + aim.w_y * r.sin
     v_d_rate = aim.w_x_rate * r.cos + aim.w_y_rate * r.sin + omega_01 * (r.cos * aim.w_y - r.sin * aim.w_x)
     u_x = v_d_rate - gains.k3 * (follower.v_x - v_d)
-    u_x = _within(u_x, follower.v_x, gains.k3, limits.speed, limits.acceleration)
-    u_theta = _within(u_theta, follower.omega, gains.k2, limits.yaw_rate, limits.yaw_acceleration)
+    u_x = within(u_x, follower.v_x, gains.k3, limits.speed, limits.acceleration)
+    u_theta = within(u_theta, follower.omega, gains.k2, limits.yaw_rate, limits.yaw_acceleration)
     return u_x, u_theta, Memory(memory.side, memory.gear, memory.docked, int(turns))
 
 
@@ -224,30 +225,6 @@ def _field(gains: Gains, r: _View, leader: Leader, b: int) -> tuple[float, float
     return w_x, w_y, w_x_rate, w_y_rate, sigma**2 * (field_x * field_x + field_y * field_y)
 
 
-@compiled
-def _return_rate(gains: Gains, limits: Limits, error: float) -> float:
-    """Returns the rate at which a heading error is taken back [rad/s], one that the limits can brake from."""
-    gain = gains.k1 / gains.k2
-    if isinf(limits.yaw_acceleration):
-        return gain * error
-    brake = BRAKING * limits.yaw_acceleration
-    size, linear = abs(error), brake / gain**2
-    if size <= linear:
-        return gain * error
-    return copysign(sqrt(2 * brake * (size - linear / 2)), error)
-
-
-@compiled
-def _within(u: float, rate: float, gain: float, largest: float, acceleration: float) -> float:
-    """Returns an acceleration that keeps |rate| <= largest and is itself at most `acceleration`.
-
-    rate' <= gain (largest - rate), and alike below: the bound is approached exponentially and never crossed.
-    """
-    if not isinf(largest):
-        u = planar.clip(u, -gain * (rate + largest), gain * (largest - rate))
-    return planar.clip(u, -acceleration, acceleration)
-
-
 def warnings(gains: Gains, limits: Limits) -> tuple[str, ...]:
     """Returns what the gains break, with the formula, and what the limits leave no room for."""
     k1, k2, c, m = gains.k1, gains.k2, gains.c, gains.m
@@ -261,15 +238,4 @@ def warnings(gains: Gains, limits: Limits) -> tuple[str, ...]:
             f"k1 = {k1:g} is below 36 c^2 = {36 * c**2:g}: the heading lags behind the field, and some "
             "starts do not converge to a leader that reverses"
         )
-    if gains.field_speed >= limits.speed:
-        found.append(
-            f"field_speed = {gains.field_speed:.3g} m/s is not below the speed limit {limits.speed:.3g} m/s: "
-            "nothing is left for the leader's own speed"
-        )
-    braking = c * gains.field_speed
-    if braking > limits.acceleration:
-        found.append(
-            f"c field_speed = {braking:.3g} m/s^2 is above the acceleration limit {limits.acceleration:.3g} "
-            "m/s^2: the follower cannot brake as the field asks"
-        )
-    return tuple(found)
+    return (*found, *field_warnings(c, gains.field_speed, limits))

@@ -1,0 +1,304 @@
+"""A hybrid law for leaders that reverse often, spin and circle fast, and for those that are slow or at rest.
+
+It keeps a memory of how its leader has moved (`nhtrack.laws.leader_motion`) and sets its gains by that: with E_v, E_w
+peaks of v_0^2 and omega_0^2, L^2 and H means of psi^2 and its peaks, z_e and z_m means of e^(2i theta_0) and
+psi^2 e^(2i theta_0),
+
+    b   = min(k_inner^2/(E_v + least_speed^2), rate/(k_theta H))
+    k_x = 2 zeta clip(sqrt(E_w + (b k_theta L^2)^2), rate/4, 4 rate)
+    lambda = (k_x + b k_theta L^2 - |k_x z_e - b k_theta z_m|)/2,
+
+the rate at which place errors shrink, by averaging. A leader is lively from lambda > 0.4 rate on, until
+lambda < 0.2 rate. Three modes:
+
+    near   v_c = V_x + f(x/q2),  omega_c = omega_0 + g(theta) + b v_0 sinc(theta) y/q        (x, y, theta): leader seen
+    far    w = Vbar - c r/sqrt(1 + (c |r|/field_speed)^2) in the world,  v_c = <w, e>,  omega_c = angle(s w)' - h(error)
+    calm   `universal` behind the smoothed leader; the rest of the leader's velocity is carried along the heading
+
+f, g and h have the gains k_x, k_theta and k_turn (and brake within limits), q^2 = 1 + b^2 E_v |r|^2/turn_rate^2; all
+commanded velocities are lifted to accelerations by the inner loop. A lively leader is pursued until it is near, and a
+calm one until the follower is within `dock_radius`; twice as far, nearness ends.
+
+Sources: near is Samson's law (`nhtrack.laws.samson`) saturated and with gains that do not vanish with the leader's
+velocities; far is pursuit along a vector field. Assumes: states measured without error, the leader's acceleration
+known. What is proved, what is only measured, and for which leaders: docs/theory.md.
+"""
+
+from __future__ import annotations
+
+from math import atan2, cos, hypot, inf, pi, sin, sqrt
+from typing import Annotated, NamedTuple
+
+from nhtrack import planar
+from nhtrack.compiled import compiled
+from nhtrack.laws import leader_motion, universal
+from nhtrack.laws.contract import Follower, Gain, Leader, Limits
+from nhtrack.laws.gains import DAMPING, InnerGain, PlaceDeadZoneSpeed
+from nhtrack.laws.inner_loop import Velocities, inner_loop
+from nhtrack.laws.leader_motion import Schedule, Seen, SeenRow
+from nhtrack.laws.limited import field_warnings, return_rate, within
+from nhtrack.laws.relative_motion import unturned, view, view_turns
+
+CALM, FAR, NEAR = 0, 1, 2
+LIVELY, NO_LONGER_LIVELY = 0.4, 0.2  # predicted rates at which a leader begins and ceases to be lively [rate]
+WIDENED = 2.0  # a follower ceases to be near at so many times the distance at which it began
+STEERABLE = 2.0  # the lateral error at which nearness begins asks for at most so many times `turn_rate`
+SWAY = 4.0  # but nearness begins no later than at so many times the leader's own swaying, sqrt(H)
+SHORT = 1.2  # margin on the distance that pursuit keeps from a leader that accelerates
+GEAR_SWITCH = cos(0.6 * pi)  # heading off w beyond which the gear is changed; then 0.4 pi are left
+HYSTERESIS = 0.25  # [rad] how far past pi a heading error goes before a whole turn is dropped
+FIELD_TURNS = 1.5  # m of `universal`
+
+_Calm, _CalmMemory = universal.Gains, universal.Memory
+_calm_init, _calm_command = compiled(universal.init), compiled(universal.command)
+
+
+class Gains(NamedTuple):
+    """Gains of the agile law; the defaults suit leaders of about 1 m/s and starts up to 20 m away."""
+
+    rate: Annotated[float, Gain("1/T", "rate at which places are meant to settle", search=(4.0, 200.0), above=0.0)] = (
+        1.0
+    )
+    k_theta: Annotated[
+        float, Gain("1/T", "heading gain near the leader; advised below k_inner", search=DAMPING, above=0.0)
+    ] = 5.0
+    k_turn: Annotated[
+        float, Gain("1/T", "heading gain far from the leader; advised at least 2 c", search=DAMPING, above=0.0)
+    ] = 2.0
+    k_inner: InnerGain = 6.0
+    zeta: Annotated[float, Gain("1", "damping ratio near the leader", above=0.0)] = 0.7
+    c: Annotated[
+        float, Gain("1/T", "rate at which distance shrinks far from the leader", search=(2.0, 100.0), above=0.0)
+    ] = 0.7
+    # Lengths, speeds and times of this law are the scenario's own and are not searched.
+    field_speed: Annotated[float, Gain("L/T", "largest speed that distance adds far from the leader", above=0.0)] = 2.0
+    turn_rate: Annotated[
+        float,
+        Gain(
+            "1/T",
+            "largest rate of turning that distance asks for, and of the attitude of a place with `formation: exact`, "
+            "in radians",
+            above=0.0,
+        ),
+    ] = 3.0
+    window: Annotated[float, Gain("T", "how long the leader's motion is remembered", above=0.0)] = 3.0
+    smoothing: Annotated[float, Gain("T", "time constant of the leader's motion as it is pursued", above=0.0)] = 0.6
+    near_radius: Annotated[float, Gain("L", "distance within which a lively leader is near", above=0.0)] = 0.75
+    dock_radius: Annotated[
+        float,
+        Gain(
+            "L",
+            "distance within which a calm leader is near: the accuracy at a leader at rest, and several times the "
+            "noise of poses",
+            above=0.0,
+        ),
+    ] = 0.005
+    least_speed: Annotated[float, Gain("L/T", "leader speed below which steering grows no stiffer", above=0.0)] = 0.1
+    dead_zone_speed: PlaceDeadZoneSpeed = 1e-3
+
+
+class Memory(NamedTuple):
+    """Memory of the law.
+
+    Attributes:
+        mode: 0 calm, 1 far, 2 near.
+        side: of `universal`, while calm.
+        gear: 1 where it drives forward along the field, -1 in reverse; while calm or far.
+        turns: winding number of the mode's heading error.
+        seen: see `nhtrack.laws.leader_motion.Seen`.
+    """
+
+    mode: int
+    side: int
+    gear: int
+    turns: int
+    seen: SeenRow
+
+
+def init(gains: Gains, period: float, follower: Follower, leader: Leader) -> Memory:
+    """Returns the memory to begin with: the leader has always moved as it does now."""
+    seen = leader_motion.first_seen(leader, gains.k_theta, gains.window, gains.smoothing)
+    mode = _mode(gains, follower, leader, CALM, seen)
+    return _begun(gains, period, follower, leader, mode, seen)
+
+
+def command(
+    gains: Gains, period: float, limits: Limits, follower: Follower, leader: Leader, memory: Memory
+) -> tuple[float, float, Memory]:
+    """Returns u_x [m/s^2] and u_theta [rad/s^2] as above, and the memory for the next period."""
+    seen = leader_motion.seen_after(memory.seen, leader, period, gains.k_theta, gains.window, gains.smoothing)
+    mode = _mode(gains, follower, leader, memory.mode, seen)
+    if mode == memory.mode:
+        memory = Memory(mode, memory.side, memory.gear, memory.turns, seen)
+    else:
+        memory = _begun(gains, period, follower, leader, mode, seen)
+    if mode == NEAR:
+        u_x, u_theta, memory = _near(gains, limits, follower, leader, memory)
+    elif mode == FAR:
+        u_x, u_theta, memory = _far(gains, limits, follower, leader, memory)
+    else:
+        u_x, u_theta, memory = _calm(gains, period, limits, follower, leader, memory)
+    u_x = within(u_x, follower.v_x, gains.k_inner, limits.speed, limits.acceleration)
+    u_theta = within(u_theta, follower.omega, gains.k_inner, limits.yaw_rate, limits.yaw_acceleration)
+    return u_x, u_theta, memory
+
+
+@compiled
+def _schedule(gains: Gains, seen: Seen) -> Schedule:
+    """Returns the gains near the leader."""
+    return leader_motion.schedule(seen, gains.rate, gains.k_theta, gains.k_inner, gains.zeta, gains.least_speed)
+
+
+# Modes ----------------------------------------------------------------------------------------------------------------
+
+
+@compiled
+def _mode(gains: Gains, follower: Follower, leader: Leader, mode: int, row: SeenRow) -> int:
+    """Returns the mode of this period; `mode` is that of the last, or CALM at the start."""
+    seen = Seen(*row)
+    scheduled = _schedule(gains, seen)
+    lively = scheduled.contraction > gains.rate * (LIVELY if mode == CALM else NO_LONGER_LIVELY)
+    distance = hypot(follower.x - leader.x, follower.y - leader.y)
+    if not lively:
+        return NEAR if distance < gains.dock_radius * (WIDENED if mode == NEAR else 1.0) else CALM
+    V_x, V_y = leader_motion.world_velocity(leader)
+    short = SHORT / gains.c * hypot(V_x - seen.velocity_x, V_y - seen.velocity_y)
+    if mode == NEAR:
+        return NEAR if distance < WIDENED * gains.near_radius + short else FAR
+    reach = gains.near_radius + short
+    stiffness, most = scheduled.b * sqrt(seen.speed_2), STEERABLE * gains.turn_rate
+    if stiffness * reach > most:
+        reach = max(most / stiffness, min(reach, SWAY * sqrt(seen.held_2)))
+    return NEAR if distance < max(reach, gains.dock_radius) else FAR
+
+
+@compiled
+def _begun(gains: Gains, period: float, follower: Follower, leader: Leader, mode: int, row: SeenRow) -> Memory:
+    """Returns the memory of a mode that begins."""
+    seen = Seen(*row)
+    if mode == NEAR:
+        return Memory(mode, 1, 1, view_turns(follower, leader), row)
+    if mode == FAR:
+        ahead = (leader.x - follower.x) * cos(follower.theta) + (leader.y - follower.y) * sin(follower.theta)
+        gear = -1 if ahead < 0.0 else 1
+        w_x, w_y, _, _ = leader_motion.pursuit(gains.c, gains.field_speed, gains.smoothing, follower, leader, seen)
+        return Memory(mode, 1, gear, int(planar.winding_number(_off(follower, gear, w_x, w_y))), row)
+    rest, smooth, _ = leader_motion.behind_smoothed(follower, leader, seen, gains.smoothing)
+    began = _calm_init(_universal(gains), period, rest, smooth)
+    return Memory(mode, began.side, began.gear, began.turns, row)
+
+
+# Near -----------------------------------------------------------------------------------------------------------------
+
+
+@compiled
+def _near(
+    gains: Gains, limits: Limits, follower: Follower, leader: Leader, memory: Memory
+) -> tuple[float, float, Memory]:
+    """Returns the accelerations near a leader, and the memory."""
+    seen = Seen(*memory.seen)
+    scheduled = _schedule(gains, seen)
+    e = view(follower, leader)
+    theta, turns = unturned(e, memory.turns, HYSTERESIS)
+    v, u, b = leader.v_x, leader.u_x, scheduled.b
+    pull = (b / gains.turn_rate) ** 2 * seen.speed_2
+    q = sqrt(1 + pull * (e.x * e.x + e.y * e.y))
+    q_rate = pull * (e.x * e.x_rate + e.y * e.y_rate) / q
+    y = e.y / q
+    y_rate = (e.y_rate - y * q_rate) / q
+    ratio, slope = planar.sinc_and_slope(theta)
+    aside, aside_rate = ratio * y, slope * e.theta_rate * y + ratio * y_rate
+    lead, lead_rate = leader_motion.slip_angle(leader, gains.least_speed)
+    ahead, ahead_slope = return_rate(scheduled.k_x, limits.acceleration, e.x)
+    turn, turn_slope = return_rate(gains.k_theta, limits.yaw_acceleration, theta + lead)
+    V_x, V_y = e.cos * v - e.sin * leader.v_y, e.sin * v + e.cos * leader.v_y
+    u_x, u_theta = inner_loop(
+        follower,
+        Velocities(
+            v=V_x + ahead,
+            omega=leader.omega + turn + b * v * aside,
+            v_rate=e.cos * u - e.sin * leader.u_y - e.theta_rate * V_y + ahead_slope * e.x_rate,
+            omega_rate=leader.u_theta + turn_slope * (e.theta_rate + lead_rate) + b * (u * aside + v * aside_rate),
+        ),
+        gains.k_inner,
+    )
+    return u_x, u_theta, Memory(memory.mode, memory.side, memory.gear, turns, memory.seen)
+
+
+# Far ------------------------------------------------------------------------------------------------------------------
+
+
+@compiled
+def _off(follower: Follower, gear: int, w_x: float, w_y: float) -> float:
+    """Returns how far the heading is off s w, unwrapped [rad]."""
+    return follower.theta - atan2(gear * w_y, gear * w_x)
+
+
+@compiled
+def _far(
+    gains: Gains, limits: Limits, follower: Follower, leader: Leader, memory: Memory
+) -> tuple[float, float, Memory]:
+    """Returns the accelerations far from a lively leader, and the memory."""
+    w_x, w_y, w_x_rate, w_y_rate = leader_motion.pursuit(
+        gains.c, gains.field_speed, gains.smoothing, follower, leader, Seen(*memory.seen)
+    )
+    c, s, omega = cos(follower.theta), sin(follower.theta), follower.omega
+    gear, turns = memory.gear, float(memory.turns)
+    along, square = w_x * c + w_y * s, w_x * w_x + w_y * w_y
+    if gear * along < GEAR_SWITCH * sqrt(square):
+        gear = -gear
+        turns = planar.winding_number(_off(follower, gear, w_x, w_y))
+    off = _off(follower, gear, w_x, w_y)
+    turns = planar.winding_number_after(off, turns, HYSTERESIS)
+    turn = (w_x * w_y_rate - w_y * w_x_rate) / (square if square > 0.0 else 1.0)
+    turn = planar.clip(turn, -gains.turn_rate, gains.turn_rate)
+    back, slope = return_rate(gains.k_turn, limits.yaw_acceleration, off - 2 * pi * turns)
+    along_rate = w_x_rate * c + w_y_rate * s + omega * (w_y * c - w_x * s)
+    u_x, u_theta = inner_loop(
+        follower, Velocities(along, turn - back, along_rate, -slope * (omega - turn)), gains.k_inner
+    )
+    return u_x, u_theta, Memory(memory.mode, memory.side, gear, int(turns), memory.seen)
+
+
+# Calm -----------------------------------------------------------------------------------------------------------------
+
+
+@compiled
+def _universal(gains: Gains) -> universal.Gains:
+    """Returns the gains of `universal`: k1 and k2 are those of an inner loop around k_turn."""
+    return _Calm(
+        gains.k_inner * gains.k_turn, gains.k_inner + gains.k_turn, gains.k_inner, gains.c, FIELD_TURNS,
+        gains.field_speed, gains.turn_rate, gains.dock_radius, 0.0, gains.dead_zone_speed,
+    )  # fmt: skip
+
+
+@compiled
+def _calm(
+    gains: Gains, period: float, limits: Limits, follower: Follower, leader: Leader, memory: Memory
+) -> tuple[float, float, Memory]:
+    """Returns the accelerations far from a leader that hardly moves, and the memory."""
+    rest, smooth, carried_rate = leader_motion.behind_smoothed(follower, leader, Seen(*memory.seen), gains.smoothing)
+    free = Limits(inf, inf, inf, limits.yaw_acceleration)
+    u_x, u_theta, kept = _calm_command(
+        _universal(gains), period, free, rest, smooth, _CalmMemory(memory.side, memory.gear, False, memory.turns)
+    )
+    return u_x + carried_rate, u_theta, Memory(memory.mode, kept.side, kept.gear, kept.turns, memory.seen)
+
+
+def warnings(gains: Gains, limits: Limits) -> tuple[str, ...]:
+    """Returns what the gains break, with the formula, and what the limits leave no room for."""
+    found = []
+    if gains.k_theta > gains.k_inner:
+        found.append(f"k_theta = {gains.k_theta:g} is above k_inner = {gains.k_inner:g}: velocities lag behind")
+    if gains.k_turn < 2 * gains.c:
+        found.append(f"k_turn = {gains.k_turn:g} is below 2 c = {2 * gains.c:g}: the heading lags behind the field")
+    if gains.near_radius <= WIDENED * gains.dock_radius:
+        found.append(
+            f"near_radius = {gains.near_radius:g} is not above {WIDENED:g} dock_radius: a lively leader is lost at once"
+        )
+    if gains.turn_rate >= limits.yaw_rate:
+        found.append(
+            f"turn_rate = {gains.turn_rate:.3g} rad/s is not below the yaw rate limit {limits.yaw_rate:.3g} rad/s: "
+            "distance asks for turns that it forbids"
+        )
+    return (*found, *field_warnings(gains.c, gains.field_speed, limits))
