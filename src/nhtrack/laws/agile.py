@@ -239,13 +239,17 @@ def _far(
     gains: Gains, limits: Limits, follower: Follower, leader: Leader, memory: Memory
 ) -> tuple[float, float, Memory]:
     """Returns the accelerations far from a lively leader, and the memory."""
+    seen = Seen(*memory.seen)
     w_x, w_y, w_x_rate, w_y_rate = leader_motion.pursuit(
-        gains.c, gains.field_speed, gains.smoothing, follower, leader, Seen(*memory.seen)
+        gains.c, gains.field_speed, gains.smoothing, follower, leader, seen
     )
     c, s, omega = cos(follower.theta), sin(follower.theta), follower.omega
     gear, turns = memory.gear, float(memory.turns)
     along, square = w_x * c + w_y * s, w_x * w_x + w_y * w_y
-    if gear * along < GEAR_SWITCH * sqrt(square):
+    # The gear is that which brings the leader's heading where its velocity outweighs the field.
+    leads = hypot(seen.velocity_x, seen.velocity_y) > hypot(w_x - seen.velocity_x, w_y - seen.velocity_y)
+    towards = w_x * cos(leader.theta) + w_y * sin(leader.theta) if leads else along
+    if gear * towards < GEAR_SWITCH * sqrt(square):
         gear = -gear
         turns = planar.winding_number(_off(follower, gear, w_x, w_y))
     off = _off(follower, gear, w_x, w_y)
