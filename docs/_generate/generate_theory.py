@@ -204,7 +204,8 @@ def rivals() -> str:
     g, xi = (np.tile(array, (len(FAMILIES), 1)) for array in starts(RIVAL_STARTS, 2025))
     families = tuple(family for family in FAMILIES for _ in range(RIVAL_STARTS))
     cells: dict[str, list[str]] = {family.name: [] for family in FAMILIES}
-    names = (*(name for name in law_names() if name not in ("published", "stabiliser", "universal")), "universal")
+    others = ("published", "stabiliser", "universal", "agile")  # not of the literature
+    names = (*(name for name in law_names() if name not in others), "universal")
     for name in track(names, "rivals"):
         law = make_law(law_section(name)(name=name), Similarity())
         add_column(cells, *worst(chase(law, families, g, xi, RIVAL_LATE)), RIVAL_HEADING)

@@ -11,7 +11,7 @@ psi^2 e^(2i theta_0),
 the rate at which place errors shrink, by averaging. A leader is lively from lambda > 0.4 rate on, until
 lambda < 0.2 rate. Three modes:
 
-    near   v_c = V_x + f(x/q2),  omega_c = omega_0 + g(theta) + b v_0 sinc(theta) y/q        (x, y, theta): leader seen
+    near   v_c = V_x + f(x),  omega_c = omega_0 + g(theta) + b v_0 sinc(theta) y/q        (x, y, theta): leader seen
     far    w = Vbar - c r/sqrt(1 + (c |r|/field_speed)^2) in the world,  v_c = <w, e>,  omega_c = angle(s w)' - h(error)
     calm   `universal` behind the smoothed leader; the rest of the leader's velocity is carried along the heading
 
@@ -56,20 +56,12 @@ _calm_init, _calm_command = compiled(universal.init), compiled(universal.command
 class Gains(NamedTuple):
     """Gains of the agile law; the defaults suit leaders of about 1 m/s and starts up to 20 m away."""
 
-    rate: Annotated[float, Gain("1/T", "rate at which places are meant to settle", search=(4.0, 200.0), above=0.0)] = (
-        1.0
-    )
-    k_theta: Annotated[
-        float, Gain("1/T", "heading gain near the leader; advised below k_inner", search=DAMPING, above=0.0)
-    ] = 5.0
-    k_turn: Annotated[
-        float, Gain("1/T", "heading gain far from the leader; advised at least 2 c", search=DAMPING, above=0.0)
-    ] = 2.0
+    rate: Annotated[float, Gain("1/T", "rate at which places settle", search=(4.0, 200.0), above=0.0)] = 1.0
+    k_theta: Annotated[float, Gain("1/T", "heading gain near the leader", search=DAMPING, above=0.0)] = 5.0
+    k_turn: Annotated[float, Gain("1/T", "heading gain far from the leader", search=DAMPING, above=0.0)] = 2.0
     k_inner: InnerGain = 6.0
     zeta: Annotated[float, Gain("1", "damping ratio near the leader", above=0.0)] = 0.7
-    c: Annotated[
-        float, Gain("1/T", "rate at which distance shrinks far from the leader", search=(2.0, 100.0), above=0.0)
-    ] = 0.7
+    c: Annotated[float, Gain("1/T", "rate of the approach from afar", search=(2.0, 100.0), above=0.0)] = 0.7
     # Lengths, speeds and times of this law are the scenario's own and are not searched.
     field_speed: Annotated[float, Gain("L/T", "largest speed that distance adds far from the leader", above=0.0)] = 2.0
     turn_rate: Annotated[

@@ -1,4 +1,4 @@
-"""A hybrid law that converges to any leader: at rest, in motion, stopping, reversing, spinning.
+"""A hybrid law for slow leaders: at rest, in motion, stopping, reversing with periods of 12 s or more, spinning.
 
 Head along the leader's velocity plus a field that leads in tangentially, and drive at their sum. With r the follower's
 place in the leader's frame, rho and phi the polar coordinates of b r, J a quarter turn and s = +-1 the gear,
