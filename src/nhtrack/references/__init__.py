@@ -5,9 +5,11 @@ its time is in. A form of the input is a module here, with its section of a scen
 Nothing here knows of scales: `nhtrack.similarity` maps times and inputs to the robot.
 """
 
-from nhtrack.references.contract import InputSection, Reference, ReferenceInputError, Signal
+from nhtrack.references.columns import FileFaults
+from nhtrack.references.contract import Commands, InputSection, PathStart, Reference, ReferenceInputError, Signal
 from nhtrack.references.expression import CONSTANTS, FUNCTIONS, LONGEST_EXPRESSION, Expression, make_signal
 from nhtrack.references.inputs import Input, input_kind, input_kinds, input_words
+from nhtrack.references.motion import Departure, Motion
 from nhtrack.references.segments import Segments, make_segments
 from nhtrack.references.signals import Segment, SignalInput, SignalValue
 from nhtrack.references.table import Table, TableInput
@@ -16,9 +18,14 @@ __all__ = [
     "CONSTANTS",
     "FUNCTIONS",
     "LONGEST_EXPRESSION",
+    "Commands",
+    "Departure",
     "Expression",
+    "FileFaults",
     "Input",
     "InputSection",
+    "Motion",
+    "PathStart",
     "Reference",
     "ReferenceInputError",
     "Segment",
