@@ -9,7 +9,7 @@ from nhtrack.references.columns import FileFaults
 from nhtrack.references.contract import Commands, InputSection, PathStart, Reference, ReferenceInputError, Signal
 from nhtrack.references.expression import CONSTANTS, FUNCTIONS, LONGEST_EXPRESSION, Expression, make_signal
 from nhtrack.references.inputs import Input, input_kind, input_kinds, input_words
-from nhtrack.references.motion import Departure, Motion
+from nhtrack.references.motion import Departure, Motion, MotionInput
 from nhtrack.references.segments import Segments, make_segments
 from nhtrack.references.signals import Segment, SignalInput, SignalValue
 from nhtrack.references.table import Table, TableInput
@@ -25,6 +25,7 @@ __all__ = [
     "Input",
     "InputSection",
     "Motion",
+    "MotionInput",
     "PathStart",
     "Reference",
     "ReferenceInputError",
