@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from nhtrack.config.robot_section import RobotSection
 from nhtrack.errors import RenderError
 from nhtrack.laws import Limits
+from nhtrack.presentation.numbers import counted
 from nhtrack.presentation.result_table import ResultTable
 from nhtrack.robots.contract import Parts, Reading
 from nhtrack.robots.diff_drive import DiffDrive
@@ -166,7 +167,7 @@ class Inspection:
         picture = self.path.with_name(f"{self.name}.png")
         shown = [drawing(self.figure, f"{self.name} from above and from the side", 1.2)]
         shown += [picture_file(picture, self.name)] if picture.is_file() else []
-        lead = f"Two driven wheels, standing on {', '.join(self.parts.casters)}; read from {self.path.name}."
+        lead = f"Two driven wheels and {counted(len(self.parts.casters), 'caster')}, read from {self.path.name}."
         return html_of(NotebookView(self.name, lead=lead, figures=shown, tables=self.tables, notes=self.notes))
 
     def _geometry(self) -> Iterator[Property]:
