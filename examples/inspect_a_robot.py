@@ -7,3 +7,5 @@ print(f"{robot.drive.mass:g} kg on wheels of {1000 * robot.drive.wheel_radius:g}
 print(f"at most {robot.limits.speed:.2g} m/s and {robot.limits.yaw_rate:.2g} rad/s")
 for row in robot.rows[:3]:
     print(row)
+print("its left tyre is", robot.reading.sources["left tyre"])
+robot.save_figure("burger.png")  # from above and from the side

@@ -154,9 +154,23 @@ def three_omni_wheels(robot: ET.Element) -> None:
 @fault("joint slide_x, joint slide_y, joint yaw", "leads the base")
 def planar_slides(robot: ET.Element) -> None:
     chassis = part(robot, "chassis")
-    chassis.remove(part(robot, "root", "freejoint"))
+    chassis.remove(part(robot, "root"))
     for name, kind, axis in (("slide_x", "slide", "1 0 0"), ("slide_y", "slide", "0 1 0"), ("yaw", "hinge", "0 0 1")):
         chassis.insert(0, ET.fromstring(f'<joint name="{name}" type="{kind}" axis="{axis}"/>'))
+
+
+@fault("joint slide_x, joint slide_y, joint yaw", "leads the base")
+def planar_slides_in_bodies_of_their_own(robot: ET.Element) -> None:
+    chassis, world = part(robot, "chassis"), section(robot, "worldbody")
+    chassis.remove(part(robot, "root"))
+    chassis.insert(0, ET.fromstring('<joint name="yaw" type="hinge" axis="0 0 1"/>'))
+    world.remove(chassis)
+    holder = world
+    for name, axis in (("slide_x", "1 0 0"), ("slide_y", "0 1 0")):
+        holder = add(holder, f'<body name="{name}_body"/>')
+        add(holder, '<inertial mass="1" pos="0 0 0" diaginertia="1 1 1"/>')
+        add(holder, f'<joint name="{name}" type="slide" axis="{axis}"/>')
+    holder.append(chassis)
 
 
 @fault("joint rear_axle", "not driven")

@@ -36,14 +36,14 @@ def variants(count: int, seed: int) -> Iterator[Variant]:
         open_to = BESIDE_FAULTS if fault else GROUPS
         picked = [draw.choice([n for n, h in HABITS.items() if h.group == g]) for g in open_to if draw.random() < 0.6]
         forward = next((HABITS[name].forward for name in picked if HABITS[name].forward), "")
-        yield Variant(made(picked, fault), tuple(picked), fault, Hints(forward=forward))
+        yield Variant(made(picked, *([fault] if fault else [])), tuple(picked), fault, Hints(forward=forward))
 
 
-def made(habits: Sequence[str], fault: str = "") -> ET.Element:
-    """Returns a plain robot with some habits, and a fault."""
+def made(habits: Sequence[str], *faults: str) -> ET.Element:
+    """Returns a plain robot with some habits, and some faults."""
     robot = plain_robot()
     for name in habits:
         HABITS[name].change(robot)
-    if fault:
-        FAULTS[fault].change(robot)
+    for name in faults:
+        FAULTS[name].change(robot)
     return robot

@@ -8,11 +8,14 @@ import pytest
 
 import nhtrack
 from nhtrack.errors import ScenarioError
+from odd_robots.faults import FAULTS
 from odd_robots.plain import text_of
-from odd_robots.variants import EVERY, variants
+from odd_robots.variants import EVERY, made, variants
 
 COUNT = 120
-FOLLOWED = 1e-3  # of the path: how far wheels and ideal twin may part
+# How far wheels and ideal twin may part, of the path: a few micrometres where an axle leans by 1.57 for pi/2; and what
+# a swivel caster does, of which the reduced model does not know.
+FOLLOWED, SWIVELLED = 3e-5, 1e-3
 
 SCENARIO = """
 name: variant
@@ -27,6 +30,18 @@ followers:
   - {{name: follower, parents: [leader], start: {{pose: [-0.1, 0.06, 0.3]}}}}
 law: {{name: universal, limits: {{utilisation: 0.5}}}}
 """
+
+
+def test_validation_tells_every_reason_and_where_the_scenario_names_the_robot(tmp_path: Path) -> None:
+    faults = ("springs_on_wheels", "coupled_wheels", "a_weightless_chassis")
+    (tmp_path / "robot.xml").write_text(text_of(made((), *faults)), encoding="utf-8")
+    scenario = tmp_path / "scenario.yaml"
+    scenario.write_text(SCENARIO.format(robot="robot.xml"), encoding="utf-8")
+    found = nhtrack.validate(scenario)
+    assert [(fault.line, fault.key) for fault in found] == [(4, "robot")] * 4
+    for name in faults:
+        for kind, element in FAULTS[name].blames:
+            assert sum(f"{kind} {element!r} (line " in fault.message for fault in found) == 1
 
 
 @pytest.mark.slow
@@ -48,7 +63,7 @@ def test_variants_are_followed_or_refused(tmp_path: Path) -> None:
             wrong.append(f"{label}: not refused")
         seen += 1
         share = max(robot["gap_position_max"] / robot["path_length"] for robot in robots)
-        if share > FOLLOWED:
+        if share > (SWIVELLED if "swivel_caster" in variant.made_of else FOLLOWED):
             wrong.append(f"{label}: gap {share:.1e} of the path")
     assert not wrong, "\n".join(wrong)
     assert seen >= COUNT * (EVERY - 1) // EVERY

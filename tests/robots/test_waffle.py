@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import mujoco
 import numpy as np
 import pytest
 
+from nhtrack.studies.fidelity.bench import Bench
+from nhtrack.studies.fidelity.motion import drive_open_loop, state_of
 from papers import MODELS, numbers, of_boxes, of_parts, readme_table
 
 FILE = MODELS / "waffle" / "robot.xml"
@@ -119,3 +123,22 @@ def test_it_stands_on_two_tyres_and_two_casters(model: mujoco.MjModel, data: muj
         mujoco.mj_step(model, resting)
     touching = [model.geom(max(contact.geom)).name for contact in resting.contact[: resting.ncon]]
     assert set(touching) == {"left tire", "right tire", "caster_back_left", "caster_back_right"}
+
+
+# driven ---------------------------------------------------------------------------------------------------------------
+
+
+def test_wheels_and_casters_share_a_sideways_load_as_predicted() -> None:
+    """Four supports: balance leaves one of their loads open, which the compliances of the contacts settle."""
+    bench = Bench("waffle")
+    v, omega = 0.5 * bench.drive.top_speed, 0.6
+    run = drive_open_loop(
+        bench.simulation(dt=0.01), np.zeros((20, 1, 2)), state_of(((0, 0, 0), (v, omega))), ("wheel_load",)
+    )
+    still = np.zeros(())
+    expected = bench.drive.wheel_loads(np.array(v), np.array(omega), still, still)
+    alike = replace(bench.drive, compliances=()).wheel_loads(np.array(v), np.array(omega), still, still)
+    weight = bench.drive.mass * GRAVITY
+    found = run.telemetry["wheel_load"][-1, 0]
+    assert np.abs(found - expected).max() < 1e-5 * weight  # the robot has turned its speed a little since
+    assert np.abs(alike - expected).max() > 1e-4 * weight

@@ -20,7 +20,7 @@ from nhtrack.robots.contract import RefusedRobot
 from nhtrack.robots.reading.shapes import outline
 from nhtrack.simulation.robot_models import load_robot
 from nhtrack.studies.inspect.figure import robot_figure
-from nhtrack.studies.inspect.silhouette import ABOVE, SIDE, silhouette
+from nhtrack.studies.inspect.silhouette import ABOVE, SIDE, silhouettes
 from odd_robots.plain import HALF_SEPARATION, RADIUS, part, plain_robot, section, text_of
 
 COUPLED = {"joint1": "left_axle", "joint2": "right_axle", "name": "shaft"}
@@ -143,7 +143,7 @@ def test_an_outline_is_that_of_its_points(kind: str) -> None:
 @pytest.mark.parametrize("name", assets.robots())
 def test_a_silhouette_stands_on_the_floor_between_its_wheels(name: str) -> None:
     reading = load_robot(name)
-    above, side = (np.vstack([piece.corners for piece in silhouette(reading, view)]) for view in (ABOVE, SIDE))
+    above, side = (np.vstack([piece.corners for piece in seen]) for seen in silhouettes(reading, ABOVE, SIDE))
     drive = reading.model
     assert np.abs(above[:, 0]).max() == pytest.approx(np.abs(side[:, 0]).max(), rel=1e-9)
     assert -0.02 * drive.wheel_radius < side[:, 1].min() < 0.05 * drive.wheel_radius

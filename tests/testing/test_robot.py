@@ -25,7 +25,15 @@ class TestBurger(RobotContract):
     """A bundled robot, in closer budgets."""
 
     robot: ClassVar[str | Path] = "burger"
-    rest, symmetry, open_loop, closed_loop = 1e-7, 1e-6, 1e-6, 1e-6
+    rest, symmetry, pushed, open_loop, closed_loop = 1e-7, 1e-6, 1e-6, 1e-6, 1e-6
+
+
+@pytest.mark.render
+class TestOnASwivelCaster(RobotContract):
+    """A caster that trails and steers a little, of which the reduced model does not know."""
+
+    robot: ClassVar[str | Path] = "mp500"
+    pushed, open_loop, closed_loop = 0.05, 0.25, 0.05
 
 
 def contract(file: str | Path, hints: Hints | None = None) -> RobotContract:

@@ -18,14 +18,22 @@ _JOINTS = mujoco.mjtJoint
 
 
 def led_by(source: Source, root: int) -> Iterator[Refusal]:
-    """Yields the joints by which a base is led along the floor."""
-    for joint in source.joints_of(root):
-        if source.model.jnt_type[joint] != _JOINTS.mjJNT_FREE:
+    """Yields the joints by which a base is led along the floor: in a body, or one in each of several within another."""
+    body = root
+    while True:
+        joints = [j for j in source.joints_of(body) if source.model.jnt_type[j] != _JOINTS.mjJNT_FREE]
+        if not joints:
+            return
+        for joint in joints:
             kind = _JOINTS(int(source.model.jnt_type[joint])).name.removeprefix("mjJNT_").lower()
             yield Refusal(
                 source.element("joint", joint),
                 f"a {kind} joint leads the base, not its wheels; give the base a free joint and motors on two wheels",
             )
+        within = [b for b in range(source.model.nbody) if int(source.model.body_parentid[b]) == body and b != body]
+        if len(within) != 1 or source.geoms_of([body]):
+            return
+        body = within[0]
 
 
 def not_two_wheels(source: Source, rolling: Sequence[int], driven: Sequence[int]) -> Iterator[Refusal]:

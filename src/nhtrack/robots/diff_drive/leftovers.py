@@ -26,7 +26,7 @@ def unknown_to_model(source: Source, roles: Roles) -> Iterator[Refusal]:
         name, dof = source.element("joint", joint), int(model.jnt_dofadr[joint])
         if model.jnt_limited[joint]:
             low, high = model.jnt_range[joint]
-            yield Refusal(name, f"its range {low:.4g} {high:.4g} stops the wheel: remove it (limited='false')")
+            yield Refusal(name, f"its range {low:.4g} {high:.4g} rad stops the wheel: remove it (limited='false')")
         if model.jnt_stiffness[joint] or model.jnt_stiffnesspoly[joint].any():
             yield Refusal(name, "a spring holds the wheel: remove its stiffness")
         if model.dof_dampingpoly[dof].any():

@@ -18,9 +18,9 @@ from nhtrack.colours import FOLLOWERS, INK, PAPER, ROOT
 from nhtrack.plots.margins import Box, Numbers, axis_room, place_labels, place_panel, title_room
 from nhtrack.plots.style import column_styled, panel_title
 from nhtrack.presentation.numbers import quantity
-from nhtrack.robots.contract import Reading
 from nhtrack.robots.diff_drive import DiffDrive
-from nhtrack.studies.inspect.silhouette import ABOVE, SIDE, Piece, silhouette
+from nhtrack.robots.kind import Reading
+from nhtrack.studies.inspect.silhouette import ABOVE, SIDE, Piece, silhouettes
 
 __all__ = ["robot_figure"]
 
@@ -68,7 +68,7 @@ def robot_figure(reading: Reading) -> Figure:
     Both are to one scale, in metres from the floor below the axle's middle: axle, forward, where tyres and casters
     touch the floor, centre of mass, wheel separation and radius.
     """
-    drive, views = reading.model, [silhouette(reading, view) for view in (ABOVE, SIDE)]
+    drive, views = reading.model, silhouettes(reading, ABOVE, SIDE)
     corners = [_extent(pieces, drive) for pieces in views]
     wide, tall = (max(float(high[k] - low[k]) for low, high in corners) for k in (0, 1))
     inches = min((_WIDEST - 2 * _BESIDE) / wide, (_TALLEST - _ABOVE - _BELOW) / tall)

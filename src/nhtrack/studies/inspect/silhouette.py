@@ -8,10 +8,10 @@ import mujoco
 import numpy as np
 
 from nhtrack.arrays import Array
-from nhtrack.robots.contract import Reading
+from nhtrack.robots.kind import Reading
 from nhtrack.robots.reading.shapes import SOLID, outline, reach
 
-__all__ = ["ABOVE", "SIDE", "Piece", "View", "silhouette"]
+__all__ = ["ABOVE", "SIDE", "Piece", "View", "silhouettes"]
 
 _SEEN = 3  # geoms of the first groups are drawn; the others only touch
 
@@ -42,8 +42,8 @@ class Piece(NamedTuple):
     moves: bool
 
 
-def silhouette(reading: Reading, view: View) -> list[Piece]:
-    """Returns what is seen of a robot, the nearest last."""
+def silhouettes(reading: Reading, *views: View) -> list[list[Piece]]:
+    """Returns what is seen of a robot each way, the nearest last."""
     model = mujoco.MjModel.from_xml_string(reading.mjcf)
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
@@ -51,12 +51,15 @@ def silhouette(reading: Reading, view: View) -> list[Piece]:
     origin = data.xpos[chassis] - [0.0, 0.0, reading.model.wheel_radius]
     solid = [g for g in range(model.ngeom) if mujoco.mjtGeom(int(model.geom_type[g])) in SOLID]
     seen = [g for g in solid if model.geom_group[g] < _SEEN and model.geom_rgba[g, 3] > 0] or solid
-    pieces = [_piece(model, data, g, origin, view, int(model.geom_bodyid[g]) != chassis) for g in seen]
-    return sorted(pieces, key=lambda piece: piece.nearest)
+    pieces = [
+        [_piece(model, data, g, origin, view, moves=int(model.geom_bodyid[g]) != chassis) for g in seen]
+        for view in views
+    ]
+    return [sorted(each, key=lambda piece: piece.nearest) for each in pieces]
 
 
 def _piece(
-    model: mujoco.MjModel, data: mujoco.MjData, geom: int, origin: Array, view: View, moves: bool
+    model: mujoco.MjModel, data: mujoco.MjData, geom: int, origin: Array, view: View, *, moves: bool
 ) -> Piece:  # fmt: skip
     rotation = np.array(data.geom_xmat[geom]).reshape(3, 3)
     across, up, eye = (np.array(axis) @ rotation for axis in view)
