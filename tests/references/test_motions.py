@@ -11,11 +11,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import tolerances as tol
+from nhtrack.recording import Recording
 from nhtrack.references import FileFaults, Motion
 from nhtrack.references.columns import read_csv, read_words
 from nhtrack.references.poses import PoseInput
+from nhtrack.references.recorded import RecordingInput
 from nhtrack.references.velocities import VelocityInput
 from nhtrack.simulation.ideal import propagate
+from nhtrack.studies.run.run import run
 
 PERIOD = 0.01
 CURVES = {  # x, y and heading over time of what a unicycle can drive
@@ -188,8 +191,50 @@ def test_a_robot_that_lies_on_its_side_is_no_planar_one(tmp_path: Path) -> None:
 )
 def test_rows_that_no_unicycle_drives_to_are_told_by_their_place(tmp_path: Path, row: str, fault: str) -> None:
     rows = ["0.1,0.1,0,0", "0.2,0.2,0,0", "0.3,0.3,0,0", row]
-    rows += [f"{0.1 * i:.1f},{float(row.split(',')[1]) + 0.1 * (i - 4):.1f},{row.split(',', 2)[2]}" for i in (5, 6, 7)]
+    _, x, rest = row.split(",", 2)
+    rows += [f"{0.1 * i:.1f},{float(x) + 0.1 * (i - 4):.1f},{rest}" for i in range(5, 30)]
     with pytest.raises(FileFaults) as caught:
         poses_in(tmp_path, rows)
     assert caught.value.faults[0].startswith(fault)
     assert len(caught.value.faults) == 1
+
+
+def test_noise_of_measured_poses_is_no_sliding() -> None:
+    """Between rows 3 mm apart, noise of a millimetre points anywhere; it says nothing of the robot."""
+    t = np.arange(2000) * PERIOD
+    x, y, theta = CURVES["circle"](0.3 * t)
+    noise = np.random.default_rng(1).normal(scale=1e-3, size=(3, 2000))
+    rows = {"t": list(t), "x": list(x + noise[0]), "y": list(y + noise[1]), "theta": list(theta + noise[2])}
+    assert list(PoseInput.findings({"poses": rows}, t[:-1])) == []
+
+
+# -- recordings ------------------------------------------------------------------------------------
+
+
+def recorded_in(folder: Path) -> Path:
+    """Returns the recording of a run whose units are decimetres and half seconds."""
+    scenario = "tour/trajectory"
+    made = run(scenario, backend="ideal", duration=8.0, set={"similarity": {"length": 0.1, "time": 0.5}})
+    return made.recording.save(folder / "recording.nc")
+
+
+def test_a_recorded_robot_is_a_leader_in_the_units_of_its_scenario(tmp_path: Path) -> None:
+    recording = Recording.load(recorded_in(tmp_path))
+    given = {"recording": {"file": "recording.nc", "robot": "follower"}}
+    motion = PoseInput.model_validate(RecordingInput.resolved(given, tmp_path)).reference()
+    _, poses, _ = driven(motion, PERIOD / 0.5, 8.0)
+    expected = recording.dataset["pose"].sel(robot="follower").values
+    np.testing.assert_allclose(0.1 * poses[:, :2], expected[:, :2], atol=1e-5)
+    np.testing.assert_allclose(poses[:, 2], expected[:, 2], atol=5e-4)  # a spline rounds off where accelerations jump
+
+
+def test_what_is_no_recording_or_has_no_such_robot_is_told(tmp_path: Path) -> None:
+    recorded_in(tmp_path)
+    (tmp_path / "text.nc").write_text("not a recording")
+    for file, robot, message in (
+        ("recording.nc", "folower", "did you mean 'follower'"),
+        ("none.nc", "leader", "no file"),
+        ("text.nc", "leader", "not a recording"),
+    ):
+        with pytest.raises(FileFaults, match=message):
+            RecordingInput.resolved({"recording": {"file": file, "robot": robot}}, tmp_path)

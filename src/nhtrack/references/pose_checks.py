@@ -12,7 +12,8 @@ from nhtrack.references.samples import RowFault
 _SIDEWAYS = math.radians(30)  # between the way of a step and the headings at its ends
 _TURN = math.radians(100)  # of a step; between rows farther apart than this the way in between is a guess
 _JUMP = 8.0  # times the speed of the steps around and of most others
-_SHORT = 0.05  # share of the median step that counts as way at all, so that noise of a robot at rest does not
+_SHORT = 0.02  # share of the root mean square step; below it, and below so many times the noise, a step is no way
+_NOISES = 8.0
 
 
 def pose_faults(t: np.ndarray, poses: np.ndarray) -> Iterator[RowFault]:
@@ -31,7 +32,7 @@ def pose_faults(t: np.ndarray, poses: np.ndarray) -> Iterator[RowFault]:
     ahead = way[:, 0] * np.cos(heading) + way[:, 1] * np.sin(heading)
     aside = way[:, 1] * np.cos(heading) - way[:, 0] * np.sin(heading)
     jumps = _jumps(length / period)
-    moving = length > _SHORT * np.median(length[length > 0]) if length.any() else np.zeros(length.shape, bool)
+    moving = length > max(_SHORT * float(np.sqrt(np.mean(length**2))), _NOISES * _noise(poses))
     slip = np.arctan2(np.abs(aside), np.abs(ahead))
     for i in range(len(length)):
         row = i + 1
@@ -48,6 +49,12 @@ def pose_faults(t: np.ndarray, poses: np.ndarray) -> Iterator[RowFault]:
                 f"drives at {degrees:.0f} degrees to its heading from the row before, {length[i]:.3g} far, as no robot "
                 "with wheels of this kind does",
             )
+
+
+def _noise(poses: np.ndarray) -> float:
+    """Returns the standard deviation of what is random in each of x and y, from differences in which motion cancels."""
+    third = np.diff(poses[:, :2], n=3, axis=0)  # of white noise, sqrt(20) times its deviation
+    return float(np.median(abs(third))) / (0.6745 * math.sqrt(20)) if len(third) else 0.0
 
 
 def _jumps(speed: np.ndarray) -> np.ndarray:
