@@ -5,7 +5,7 @@ its time is in. A form of the input is a module here, with its section of a scen
 Nothing here knows of scales: `nhtrack.similarity` maps times and inputs to the robot.
 """
 
-from nhtrack.references.columns import FileFaults
+from nhtrack.references.columns import FileFaults, header_of
 from nhtrack.references.contract import Commands, InputSection, PathStart, Reference, ReferenceInputError, Signal
 from nhtrack.references.expression import CONSTANTS, FUNCTIONS, LONGEST_EXPRESSION, Expression, make_signal
 from nhtrack.references.inputs import Input, input_kind, input_kinds, input_words
@@ -36,6 +36,7 @@ __all__ = [
     "SignalValue",
     "Table",
     "TableInput",
+    "header_of",
     "input_kind",
     "input_kinds",
     "input_words",

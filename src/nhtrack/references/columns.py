@@ -60,8 +60,7 @@ def read_csv(path: Path, names: Sequence[str]) -> Columns:
     Raises:
         FileFaults: no such file, not text, a column missing or there twice, no rows, a cell that is no finite number.
     """
-    lines = text_lines(path)
-    header = [cell.strip(' "') for _, cell in _csv_cells(lines[0])] if lines else []
+    lines, header = text_lines(path), header_of(path)
     missing = [name for name in names if name not in header]
     twice = [name for name in names if header.count(name) > 1]
     if missing or twice:
@@ -73,6 +72,12 @@ def read_csv(path: Path, names: Sequence[str]) -> Columns:
     where = [header.index(name) for name in names]
     rows = [(number, _csv_cells(line)) for number, line in enumerate(lines[1:], start=2) if line.strip(", \t")]
     return _columns(path, names, where, rows, "no rows under the header")
+
+
+def header_of(path: Path) -> list[str]:
+    """Returns the names of the columns of a CSV file; raises as `text_lines`."""
+    lines = text_lines(path)
+    return [cell.strip(' "') for _, cell in _csv_cells(lines[0])] if lines else []
 
 
 def read_words(path: Path, names: Sequence[str]) -> Columns:
