@@ -8,18 +8,15 @@ cusp, p'' has the direction.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import TypeAlias
 
 import numpy as np
 
 from nhtrack.references.contract import ReferenceInputError
 from nhtrack.references.expression import Expression
-from nhtrack.references.motion import Motion
-
-Derivatives: TypeAlias = Callable[[np.ndarray], np.ndarray]
+from nhtrack.references.motion import Along, Motion
 
 _ZERO = 1e-9  # of a derivative beside the next and the curve itself: below it, it is what rounding leaves of zero
 _HALVINGS = 40  # of the time between two instants, where something jumps
@@ -32,21 +29,16 @@ class Curve:
     """A curve in time.
 
     Attributes:
-        derivatives: p, p', p'', p''' at times, shape (T,) to (T, 2, 4).
+        x: its first coordinate.
+        y: its second.
     """
 
-    derivatives: Derivatives
+    x: Expression
+    y: Expression
 
-    @classmethod
-    def of(cls, x: Expression, y: Expression) -> Curve:
-        """Returns the curve of two formulas."""
-
-        @lru_cache(maxsize=4)  # a motion's poses and its speeds are asked at the same times
-        def kept(times: bytes) -> np.ndarray:
-            t = np.frombuffer(times)
-            return np.stack([x.derivatives(t), y.derivatives(t)], axis=1)
-
-        return cls(lambda t: kept(np.ascontiguousarray(t, dtype=np.float64).tobytes()))
+    def derivatives(self, t: np.ndarray) -> np.ndarray:
+        """Returns p, p', p'', p''' at times, shape (T,) to (T, 2, 4)."""
+        return _derivatives(self.x, self.y, np.ascontiguousarray(t, dtype=np.float64).tobytes())
 
     def motion(self) -> Motion:
         """Returns the motion along the curve, forwards at first."""
@@ -121,6 +113,12 @@ class Curve:
         return self._headings(self.derivatives(t), t)[:, None]
 
 
+@lru_cache(maxsize=4)  # poses, speeds and faults are asked at the same times
+def _derivatives(x: Expression, y: Expression, times: bytes) -> np.ndarray:
+    t = np.frombuffer(times)
+    return np.stack([x.derivatives(t), y.derivatives(t)], axis=1)
+
+
 def _vanishing(p: np.ndarray) -> np.ndarray:
     """Returns the order of the first derivative that is not zero, 0 where neither p' nor p'' is such, shape (T,)."""
     size = np.hypot(p[:, 0], p[:, 1])
@@ -129,7 +127,7 @@ def _vanishing(p: np.ndarray) -> np.ndarray:
     return np.where(moves, 1, np.where(bends, 2, 0))
 
 
-def _jump(quantity: Derivatives, low: float, high: float) -> tuple[float, float]:
+def _jump(quantity: Along, low: float, high: float) -> tuple[float, float]:
     """Returns where between two times most of the change of a quantity is, and how much is left of it there."""
     size = 0.0
     for _ in range(_HALVINGS):

@@ -134,8 +134,9 @@ class MotionInput(InputSection):
             motion = cls.model_validate(given).reference()
             if times is None:
                 return
-            speeds = motion.speeds(np.concatenate([[0.0], times]))
-            motion.poses(times)
+            instants = np.insert(times, 0, 0.0)
+            speeds = motion.speeds(instants)
+            motion.poses(instants)
         except ReferenceInputError as error:
             yield (cls.key,), str(error)
         except (ValidationError, TypeError):

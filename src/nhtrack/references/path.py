@@ -37,7 +37,7 @@ class CurveSection(Section):
 
     def curve(self) -> Curve:
         """Returns the curve, in scenario units."""
-        return Curve.of(make_signal(self.x), make_signal(self.y))
+        return Curve(make_signal(self.x), make_signal(self.y))
 
     def motion(self) -> Motion:
         """Returns the motion along it."""
