@@ -239,13 +239,13 @@ def test_a_csv_is_found_beside_the_scenario_and_kept_in_it(tmp_path: Path) -> No
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("t,u_x\n0,1\n", "u.csv line 1: expected the columns t, u_x, u_theta, got t, u_x"),
+        ("t,u_x\n0,1\n", "u.csv:1:1: expected the columns t, u_x, u_theta, got t, u_x"),
         ("", "got nothing"),
         ("t,u_x,u_theta\n", "no rows under the header"),
-        ("t,u_x,u_theta\n0,1\n", "u.csv line 2: no value for u_theta"),
-        ("t,u_x,u_theta\n0,1,x\n", "u.csv line 2: u_theta must be a finite number, got 'x'"),
-        ("t,u_x,u_theta\n0,1,nan\n", "u.csv line 2: u_theta must be a finite number, got 'nan'"),
-        ("t,u_x,u_theta\n0,1,1\n0,1,1\n", "must increase, got 0 before 0"),
+        ("t,u_x,u_theta\n0,1\n", "u.csv:2:4: no value for u_theta"),
+        ("t,u_x,u_theta\n0,1,x\n", "u.csv:2:5: u_theta must be a finite number, got 'x'"),
+        ("t,u_x,u_theta\n0,1,nan\n", "u.csv:2:5: u_theta must be a finite number, got 'nan'"),
+        ("t,u_x,u_theta\n0,1,1\n0,1,1\n", "u.csv:3:1: times must increase, got 0 after 0"),
         ("t,u_x,u_theta\n1,1,1\n20,1,1\n", "the first row is at t = 1; a table starts at 0 or before"),
         ("t,u_x,u_theta\n0,1,1\n5,1,1\n", "the last row is at t = 5 but the input is asked until t = 9.995"),
     ],
