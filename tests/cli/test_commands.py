@@ -142,7 +142,7 @@ def test_init_never_replaces_a_file_unless_told(tmp_path: Path) -> None:
     ("name", "text"),
     [
         ("my drive.csv", "t,x,y,theta\n0,1,2,0\n2,1.5,2,0\n4,2,2,0\n"),
-        ("slam.tum", "# t tx ty tz qx qy qz qw\n1e9 1 2 0 0 0 0 1\n1000000002 1.5 2 0 0 0 0 1\n1000000004 2 2 0 0 0 0 1\n"),
+        ("slam.tum", "# stamp, pose\n1e9 1 2 0 0 0 0 1\n1000000002 1.5 2 0 0 0 0 1\n1000000004 2 2 0 0 0 0 1\n"),
         ("fast.csv", "t,v,omega\n0,0.2,0\n4,0.3,0.1\n"),
     ],
 )

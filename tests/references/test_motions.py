@@ -208,6 +208,14 @@ def test_noise_of_measured_poses_is_no_sliding() -> None:
     assert list(PoseInput.findings({"poses": rows}, t[:-1])) == []
 
 
+def test_headings_that_are_a_little_off_do_not_lead_away_from_the_positions() -> None:
+    """Left alone they would, by 0.6 m; where both corrections agree it is 2 * 0.03 v / (5/s) = 12 mm aside."""
+    t = np.linspace(0, 20, 201)
+    rows = {"t": list(t), "x": list(t), "y": [0.0] * 201, "theta": [0.03] * 201}
+    _, poses, _ = driven(PoseInput.model_validate({"poses": rows}).reference(), PERIOD, 20.0)
+    assert poses[-1] == pytest.approx([20, 0.012, 0], abs=1e-3)
+
+
 # -- recordings ------------------------------------------------------------------------------------
 
 

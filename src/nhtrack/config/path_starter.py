@@ -17,14 +17,15 @@ _TEXT = """\
 #
 # Check it:  nhtrack validate <this file>                   # faults of {file} by their line and column
 # Run it:    nhtrack run <this file>
-# Too fast?  nhtrack feasibility <this file>                # what it asks of wheels and motors, and which time scale fits
+# Too fast?  nhtrack feasibility <this file>                # what it asks of wheels and motors, and what would fit
 # Every key and its unit: docs/scenario.md, or the JSON Schema that `nhtrack schema` prints.
 
 name: mine
 description: {description}
 
 duration: {duration:g}  # the file ends at t = {end:.6g}
-# Lengths of the file are metres and times seconds at 1; `length: 0.1` drives it ten times smaller, `time: 2` half as fast.
+# Lengths of the file are metres and times seconds at 1; `length: 0.1` drives it ten times smaller, `time: 2` twice as
+# slowly.
 similarity: {{length: 1, time: 1}}
 
 backend: mujoco              # real wheels on a floor; `ideal` is the integrator that the theory speaks of
