@@ -258,6 +258,41 @@ def test_a_bad_csv_is_a_fault_of_the_key(tmp_path: Path, text: str, message: str
     assert message in line
 
 
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ("{poses: one.csv, formt: csv}", ".formt: unknown key; did you mean 'format'?"),
+        ("{poses: 3}", ".poses: expected a section"),
+        ("{poses: {t: [0], x: [0], y: [0], theta: [0]}}", ".poses.t[0]: expected at least two rows"),
+        ("{velocities: {t: [0, 9], v: [0], omega: [0, 1]}}", ".velocities.v[0]: expected as many numbers as times"),
+        ("{velocities: {t: [0, 9, 9], v: [0, 1, 1], omega: [0, 1, 1]}}", ".velocities.t[2]: times must increase"),
+        ("{path: 3}", ".path: expected a section"),
+        ("{path: {x: t}}", ".path.y: required key is missing"),
+        ("{path: {waypoints: [], speed: 1, acceleration: 1}}", ".path: expected at least 2 waypoints, got 0"),
+        ("{path: {waypoints: [[0, 0], [1, 0]], speed: 1, acceleration: 1, laps: 2}}", "only a closed path"),
+        ("{path: {waypoints: [[0, 0], [1, 0]], speed: 1, acceleration: 1, closed: true}}", "at least 3 waypoints"),
+        ("{path: {x: 1e300*t**5, y: t}}", ".path: the curve"),
+    ],
+)
+def test_a_path_of_a_wrong_form_is_one_fault_at_its_key(tmp_path: Path, given: str, message: str) -> None:
+    (tmp_path / "one.csv").write_text("t,x,y,theta\n0,0,0,0\n20,20,0,0\n")
+    text = MINIMAL.replace('{u_x: 0.1, u_theta: "0.2*cos(t)"}', given).replace("  start: {pose: [0, 0, 0]}\n", "", 1)
+    (line,) = faults_of(text, directory=tmp_path)
+    assert line.startswith("case.yaml:5:")
+    assert message in line
+
+
+def test_the_start_of_a_path_is_the_leader_s_unless_it_gives_its_own(tmp_path: Path) -> None:
+    text = MINIMAL.replace('{u_x: 0.1, u_theta: "0.2*cos(t)"}', "{path: {x: 1 + t, y: 2}}")
+    left_out = load_text(text.replace("  start: {pose: [0, 0, 0]}\n", "", 1)).leader.start
+    assert (left_out.pose, left_out.twist) == ((1, 2, 0), (1, 0))
+    assert load_text(text.replace("[0, 0, 0]", "[1, 2, 0]", 1)).leader.start == left_out
+    (line,) = faults_of(text)
+    assert line.endswith("leader.start.pose: the input begins elsewhere: write pose: [1, 2, 0], or leave it out")
+    accelerations = load_text(MINIMAL.replace("  start: {pose: [0, 0, 0]}\n", "", 1)).leader.start
+    assert (accelerations.pose, accelerations.twist) == ((0, 0, 0), (0, 0))
+
+
 def test_a_robot_file_is_found_beside_the_scenario(tmp_path: Path) -> None:
     (tmp_path / "mine.xml").write_text(assets.find_robot("nh_mini").read_text())
     scenario = load_text(MINIMAL + "robot: mine.xml\n", directory=tmp_path)

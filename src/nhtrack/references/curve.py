@@ -63,8 +63,11 @@ class Curve:
         for order, share in ((1, 1.0), (2, 0.5)):
             here = zero == order
             first, following = p[here, :, order], p[here, :, order + 1]
-            cross = first[:, 0] * following[:, 1] - first[:, 1] * following[:, 0]
-            omega[here] = share * cross / (first**2).sum(axis=-1)
+            with np.errstate(all="ignore"):  # told below
+                cross = first[:, 0] * following[:, 1] - first[:, 1] * following[:, 0]
+                omega[here] = share * cross / (first**2).sum(axis=-1)
+        if (wild := np.flatnonzero(~np.isfinite(omega))).size:
+            raise ReferenceInputError(f"the curve has no finite yaw rate at t = {t[wild[0]]:.6g}", t[wild[0]])
         return np.stack([v, omega], axis=-1)
 
     def _headings(self, p: np.ndarray, t: np.ndarray) -> np.ndarray:

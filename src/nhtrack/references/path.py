@@ -33,7 +33,7 @@ class CurveSection(Section):
     """A curve by formulas in the time; the leader drives along it forwards, and backwards after a cusp."""
 
     x: Coordinate = Field(description="a number, or a formula in t, the time of the scenario [scenario length]")
-    y: Coordinate = Field(description="the same [scenario length]")
+    y: Coordinate = Field(description="a number, or a formula in t [scenario length]")
 
     def curve(self) -> Curve:
         """Returns the curve, in scenario units."""
@@ -47,8 +47,8 @@ class CurveSection(Section):
 class WaypointsSection(Section):
     """Waypoints that the leader drives through, from rest to rest, as fast as limits allow."""
 
-    waypoints: Annotated[tuple[Waypoint, ...], Field(strict=False, min_length=2)] = Field(
-        description="x, y of each, in order; it begins at the first [scenario length]"
+    waypoints: Annotated[tuple[Waypoint, ...], Field(strict=False)] = Field(
+        description="x, y of each, two at least, in order; it begins at the first [scenario length]"
     )
     speed: float = Field(gt=0, description="largest speed [scenario length/time]")
     acceleration: float = Field(gt=0, description="of speeding up and braking [scenario length/time^2]")
@@ -75,8 +75,9 @@ class WaypointsSection(Section):
 
     @model_validator(mode="after")
     def _fits(self) -> Self:
-        if self.closed and len(self.waypoints) < 3:
-            raise fault("a closed path needs three waypoints")
+        needed = 3 if self.closed else 2
+        if len(self.waypoints) < needed:
+            raise fault(f"expected at least {needed} waypoints, got {len(self.waypoints)}")
         if self.laps > 1 and not self.closed:
             raise fault("only a closed path can have several laps")
         return self
@@ -121,6 +122,10 @@ class WaypointsSection(Section):
         return (route.times(self.laps) if self.closed else route).motion(limits)
 
 
+def _has_waypoints(given: Any) -> bool:
+    return "waypoints" in given if isinstance(given, Mapping) else hasattr(given, "waypoints")
+
+
 class PathInput(MotionInput):
     """The leader's input as a path, from which its heading, its velocities and its accelerations follow."""
 
@@ -128,7 +133,7 @@ class PathInput(MotionInput):
     words: ClassVar[str] = "a path"
     path: Annotated[
         Annotated[CurveSection, Tag("<curve>")] | Annotated[WaypointsSection, Tag("<waypoints>")],
-        Discriminator(lambda given: "<waypoints>" if "waypoints" in dict(given) else "<curve>"),
+        Discriminator(lambda given: "<waypoints>" if _has_waypoints(given) else "<curve>"),
     ] = Field(description="a curve by formulas, or waypoints")
 
     def reference(self) -> Motion:
@@ -149,4 +154,7 @@ class PathInput(MotionInput):
         found = list(super().findings(given, times))
         yield from found
         if not found and times is not None:
-            yield from ((("path",), message) for message in path.curve().faults(np.insert(times, 0, 0.0)))
+            try:
+                yield from ((("path",), message) for message in path.curve().faults(np.insert(times, 0, 0.0)))
+            except ReferenceInputError as error:
+                yield ("path",), str(error)

@@ -14,7 +14,7 @@ from scipy.interpolate import CubicSpline
 from nhtrack.references.columns import Columns, FileFaults, read_csv, read_words
 from nhtrack.references.motion import Motion, MotionInput
 from nhtrack.references.pose_checks import pose_faults
-from nhtrack.references.samples import Numbers, RowFault, column_faults, file_or_columns, number_columns
+from nhtrack.references.samples import Numbers, RowFault, column_faults, file_or_columns, number_columns, require_rows
 from nhtrack.section import Finding, Section
 
 _NAMES = ("t", "x", "y", "theta")
@@ -59,7 +59,7 @@ class PoseInput(MotionInput):
         columns = _read_tum(directory / file) if tum else read_csv(directory / file, _NAMES)
         if faults := [columns.fault(*fault) for fault in _faults(columns.values)]:
             raise FileFaults(faults)
-        return {"poses": {name: list(columns.values[name]) for name in _NAMES}}
+        return {**given, "poses": {name: list(columns.values[name]) for name in _NAMES}}
 
     @classmethod
     def findings(cls, given: Mapping[str, Any], times: np.ndarray | None) -> Iterator[Finding]:
@@ -75,6 +75,7 @@ class PoseInput(MotionInput):
         if isinstance(self.poses, str):
             raise TypeError("poses of a file are read when the scenario is loaded; load it with nhtrack.load")
         rows = self.poses
+        require_rows(rows.model_dump())
         return pose_motion(np.array(rows.t) - rows.t[0], np.stack([rows.x, rows.y, rows.theta], axis=-1))
 
 

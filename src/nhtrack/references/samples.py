@@ -8,9 +8,10 @@ from typing import Annotated, Any, TypeAlias
 
 from pydantic import Discriminator, Field
 
+from nhtrack.references.contract import ReferenceInputError
 from nhtrack.section import is_finite
 
-Numbers: TypeAlias = Annotated[tuple[float, ...], Field(strict=False, min_length=2)]
+Numbers: TypeAlias = Annotated[tuple[float, ...], Field(strict=False)]
 RowFault: TypeAlias = tuple[int, str, str]  # row, counted from 0, column, and message
 
 file_or_columns = Discriminator(lambda value: "<file>" if isinstance(value, str) else "<columns>")
@@ -23,6 +24,12 @@ def increasing_faults(times: Sequence[float]) -> Iterator[RowFault]:
             yield row, "t", f"times must increase, got {now:.10g} after {before:.10g}"
 
 
+def require_rows(columns: Mapping[str, Sequence[float]]) -> None:
+    """Raises ReferenceInputError unless columns are of one length and their times increase."""
+    for row, name, message in column_faults(columns):
+        raise ReferenceInputError(f"{name}, row {row + 1}: {message}")
+
+
 def number_columns(given: Any, names: tuple[str, ...]) -> dict[str, list[float]] | None:
     """Returns raw columns by their names, or None where one is missing or holds anything but finite numbers."""
     if not isinstance(given, Mapping):
@@ -32,7 +39,7 @@ def number_columns(given: Any, names: tuple[str, ...]) -> dict[str, list[float]]
     return {name: list(column) for name, column in columns.items()} if sound else None  # type: ignore[arg-type]
 
 
-def column_faults(columns: Mapping[str, list[float]]) -> Iterator[RowFault]:
+def column_faults(columns: Mapping[str, Sequence[float]]) -> Iterator[RowFault]:
     """Yields row, column and message of what is wrong with columns of numbers over times."""
     for name, column in columns.items():
         if len(column) != len(columns["t"]):

@@ -11,7 +11,7 @@ from pydantic import Field, Tag
 
 from nhtrack.references.columns import FileFaults, read_csv
 from nhtrack.references.motion import Motion, MotionInput
-from nhtrack.references.samples import Numbers, column_faults, file_or_columns, number_columns
+from nhtrack.references.samples import Numbers, column_faults, file_or_columns, number_columns, require_rows
 from nhtrack.section import Finding, Section
 
 
@@ -60,6 +60,7 @@ class VelocityInput(MotionInput):
         if isinstance(self.velocities, str):
             raise TypeError("velocities of a file are read when the scenario is loaded; load it with nhtrack.load")
         rows = self.velocities
+        require_rows(rows.model_dump())
         t, speeds = np.array(rows.t) - rows.t[0], np.stack([rows.v, rows.omega], axis=-1)
 
         def joined(times: np.ndarray) -> np.ndarray:
