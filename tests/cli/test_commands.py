@@ -18,6 +18,7 @@ from nhtrack.cli import app
 from nhtrack.errors import RobotError, SimulationDiverged
 from nhtrack.experiment.load import load
 from nhtrack.recording import Recording
+from nhtrack.references import MotionInput
 
 
 def invoke(*arguments: object) -> Result:
@@ -135,6 +136,38 @@ def test_init_never_replaces_a_file_unless_told(tmp_path: Path) -> None:
     assert invoke("init", "--force").exit_code == 0
     assert load("scenario.yaml").name == "scenario"
     assert [path.name for path in tmp_path.iterdir()] == ["scenario.yaml"]
+
+
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        ("my drive.csv", "t,x,y,theta\n0,1,2,0\n2,1.5,2,0\n4,2,2,0\n"),
+        ("slam.tum", "# stamp, pose\n1e9 1 2 0 0 0 0 1\n1000000002 1.5 2 0 0 0 0 1\n1000000004 2 2 0 0 0 0 1\n"),
+        ("fast.csv", "t,v,omega\n0,0.2,0\n4,0.3,0.1\n"),
+    ],
+)
+def test_init_writes_a_scenario_along_a_file(tmp_path: Path, name: str, text: str) -> None:
+    (tmp_path / name).write_text(text)
+    (tmp_path / "in").mkdir()
+    assert invoke("init", "in/mine.yaml", "--path", name).exit_code == 0
+    scenario = load("in/mine.yaml")
+    assert (scenario.name, scenario.duration) == ("mine", 4)
+    assert isinstance(scenario.leader.input, MotionInput)
+    assert scenario.leader.start.twist[0] == pytest.approx(0.2 if name == "fast.csv" else 0.25)
+    assert (tmp_path / "in" / "mine.yaml").read_text().count("#") > 10
+
+
+def test_init_tells_what_is_wrong_with_a_file_and_writes_nothing(tmp_path: Path) -> None:
+    (tmp_path / "drive.csv").write_text("t,x,y,theta\n0,0,0,0\n1,x,0,0\n0,0,y,0\n")
+    (tmp_path / "other.csv").write_text("a,b\n")
+    result = invoke("init", "--path", "drive.csv")
+    assert result.exit_code == 2
+    assert [line.split(": ")[0] for line in result.stderr.splitlines()] == ["drive.csv:3:3", "drive.csv:4:5"]
+    other = invoke("init", "--path", "other.csv")
+    assert other.exit_code == 2
+    assert "other.csv:1:1: expected the columns t, x, y, theta or t, v, omega, got a, b" in other.stderr
+    assert invoke("init", "--law", "--path", "drive.csv").exit_code == 2
+    assert not (tmp_path / "scenario.yaml").exists()
 
 
 def test_a_place_that_cannot_be_written_is_one_line(tmp_path: Path) -> None:

@@ -126,7 +126,8 @@ def wait_for_the_last_of(leader: int) -> None:
 
 
 def files() -> list[Path]:
-    return [path for path in Path("out").rglob("*") if path.is_file()]
+    """Returns the files there are; folders may vanish while they are looked at."""
+    return [Path(folder, name) for folder, _, names in os.walk("out") for name in names]
 
 
 def hidden() -> list[Path]:

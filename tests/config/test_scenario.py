@@ -239,13 +239,13 @@ def test_a_csv_is_found_beside_the_scenario_and_kept_in_it(tmp_path: Path) -> No
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("t,u_x\n0,1\n", "u.csv line 1: expected the columns t, u_x, u_theta, got t, u_x"),
+        ("t,u_x\n0,1\n", "u.csv:1:1: expected the columns t, u_x, u_theta, got t, u_x"),
         ("", "got nothing"),
         ("t,u_x,u_theta\n", "no rows under the header"),
-        ("t,u_x,u_theta\n0,1\n", "u.csv line 2: no value for u_theta"),
-        ("t,u_x,u_theta\n0,1,x\n", "u.csv line 2: u_theta must be a finite number, got 'x'"),
-        ("t,u_x,u_theta\n0,1,nan\n", "u.csv line 2: u_theta must be a finite number, got 'nan'"),
-        ("t,u_x,u_theta\n0,1,1\n0,1,1\n", "must increase, got 0 before 0"),
+        ("t,u_x,u_theta\n0,1\n", "u.csv:2:4: no value for u_theta"),
+        ("t,u_x,u_theta\n0,1,x\n", "u.csv:2:5: u_theta must be a finite number, got 'x'"),
+        ("t,u_x,u_theta\n0,1,nan\n", "u.csv:2:5: u_theta must be a finite number, got 'nan'"),
+        ("t,u_x,u_theta\n0,1,1\n0,1,1\n", "u.csv:3:1: times must increase, got 0 after 0"),
         ("t,u_x,u_theta\n1,1,1\n20,1,1\n", "the first row is at t = 1; a table starts at 0 or before"),
         ("t,u_x,u_theta\n0,1,1\n5,1,1\n", "the last row is at t = 5 but the input is asked until t = 9.995"),
     ],
@@ -256,6 +256,41 @@ def test_a_bad_csv_is_a_fault_of_the_key(tmp_path: Path, text: str, message: str
     (line,) = faults_of(scenario, directory=tmp_path)
     assert line.startswith("case.yaml:6:")
     assert message in line
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ("{poses: one.csv, formt: csv}", ".formt: unknown key; did you mean 'format'?"),
+        ("{poses: 3}", ".poses: expected a section"),
+        ("{poses: {t: [0], x: [0], y: [0], theta: [0]}}", ".poses.t[0]: expected at least two rows"),
+        ("{velocities: {t: [0, 9], v: [0], omega: [0, 1]}}", ".velocities.v[0]: expected as many numbers as times"),
+        ("{velocities: {t: [0, 9, 9], v: [0, 1, 1], omega: [0, 1, 1]}}", ".velocities.t[2]: times must increase"),
+        ("{path: 3}", ".path: expected a section"),
+        ("{path: {x: t}}", ".path.y: required key is missing"),
+        ("{path: {waypoints: [], speed: 1, acceleration: 1}}", ".path: expected at least 2 waypoints, got 0"),
+        ("{path: {waypoints: [[0, 0], [1, 0]], speed: 1, acceleration: 1, laps: 2}}", "only a closed path"),
+        ("{path: {waypoints: [[0, 0], [1, 0]], speed: 1, acceleration: 1, closed: true}}", "at least 3 waypoints"),
+        ("{path: {x: 1e300*t**5, y: t}}", ".path: the curve"),
+    ],
+)
+def test_a_path_of_a_wrong_form_is_one_fault_at_its_key(tmp_path: Path, given: str, message: str) -> None:
+    (tmp_path / "one.csv").write_text("t,x,y,theta\n0,0,0,0\n20,20,0,0\n")
+    text = MINIMAL.replace('{u_x: 0.1, u_theta: "0.2*cos(t)"}', given).replace("  start: {pose: [0, 0, 0]}\n", "", 1)
+    (line,) = faults_of(text, directory=tmp_path)
+    assert line.startswith("case.yaml:5:")
+    assert message in line
+
+
+def test_the_start_of_a_path_is_the_leader_s_unless_it_gives_its_own(tmp_path: Path) -> None:
+    text = MINIMAL.replace('{u_x: 0.1, u_theta: "0.2*cos(t)"}', "{path: {x: 1 + t, y: 2}}")
+    left_out = load_text(text.replace("  start: {pose: [0, 0, 0]}\n", "", 1)).leader.start
+    assert (left_out.pose, left_out.twist) == ((1, 2, 0), (1, 0))
+    assert load_text(text.replace("[0, 0, 0]", "[1, 2, 0]", 1)).leader.start == left_out
+    (line,) = faults_of(text)
+    assert line.endswith("leader.start.pose: the input begins elsewhere: write pose: [1, 2, 0], or leave it out")
+    accelerations = load_text(MINIMAL.replace("  start: {pose: [0, 0, 0]}\n", "", 1)).leader.start
+    assert (accelerations.pose, accelerations.twist) == ((0, 0, 0), (0, 0))
 
 
 def test_a_robot_file_is_found_beside_the_scenario(tmp_path: Path) -> None:

@@ -152,6 +152,7 @@ def test_only_robots_with_losses_are_measured_for_them(tmp_path: Path) -> None:
     assert {finding.group for finding in found} == {"Losses at the wheel joints"}
 
 
+@pytest.mark.slow
 def test_a_brake_that_the_reduced_model_does_not_know_of_breaks_the_budget(tmp_path: Path) -> None:
     def stickier(scene):  # type: ignore[no-untyped-def]
         scene.model.dof_frictionloss[scene.addresses.wheel_qvel] *= 1.01

@@ -88,13 +88,13 @@ def build(scenario: Scenario, periods: int | None = None) -> Experiment:
     dt = 1.0 / scenario.control_rate
     count = max(1, round(scenario.duration * similarity.time * scenario.control_rate))
     count = count if periods is None else min(periods, count)
-    middles = similarity.times_to_scenario((np.arange(count) + 0.5) * dt)
+    instants = similarity.times_to_scenario(np.arange(count + 1) * dt)
     return Experiment(
         network=network,
         tracking=_tracking(scenario, network, similarity),
         law=_law(scenario.law, similarity, _limits(scenario)),
         start=_start(scenario, network, similarity),
-        inputs=similarity.inputs_to_robot(scenario.leader.input.reference().sample(middles)),
+        inputs=similarity.inputs_to_robot(scenario.leader.input.reference().held(instants)),
         dt=dt,
         scene=make_scene_spec(scenario),
     )

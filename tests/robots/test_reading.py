@@ -9,7 +9,8 @@ from typing import Any
 import mujoco
 import pytest
 
-from nhtrack.robots.contract import Reading, RefusedRobot
+from nhtrack.robots.contract import RefusedRobot
+from nhtrack.robots.kind import Reading
 from nhtrack.robots.registry import read_file
 from odd_robots.faults import FAULTS
 from odd_robots.habits import HABITS, expected

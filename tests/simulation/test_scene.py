@@ -406,6 +406,7 @@ class TestFleet:
         assert scene.blueprint.is_read_in_groups
         assert binary(scene.model) == binary(mujoco.MjModel.from_xml_string(scene.xml))
 
+    @pytest.mark.slow
     def test_many_with_casters_that_swing_are_too(self) -> None:
         """Parts of one robot do not touch each other."""
         scene = made(replace(self.MANY, robot="mp500", robot_contact=True))

@@ -183,6 +183,7 @@ def test_a_picture_has_the_dimensions_of_the_robot(robot: Path) -> None:
     assert texts == [f"{2000 * HALF_SEPARATION:g} mm", "80 mm", f"{1000 * RADIUS:g} mm", "57.7 mm"]
 
 
+@pytest.mark.slow
 def test_a_picture_is_written_as_it_is_asked_for(robot: Path) -> None:
     printed = invoke("inspect", robot, "--figure", "a/look.png", "--json")
     assert printed.stderr == "wrote a/look.png\n"
@@ -197,6 +198,7 @@ def test_a_picture_is_written_as_it_is_asked_for(robot: Path) -> None:
 
 
 @pytest.mark.parametrize("options", [(), ("--forward=-x", "--wheels", "left_axle,right_axle")])
+@pytest.mark.slow
 def test_a_scenario_is_started_with_the_robot(robot: Path, options: tuple[str, ...]) -> None:
     Path("there").mkdir()
     printed = invoke("inspect", robot, *options, "--write", "there/my_robot.yaml")

@@ -341,6 +341,8 @@ def test_a_scenario_shows_robots_law_reference_and_physics() -> None:
         assert words in shown
     assert "who tracks whom" not in shown
     assert page_of(nhtrack.load("paper/example4")).pictures == ["data:image/svg+xml;base64"]
+    assert "timed poses the leader's input until 34" in text_of(nhtrack.load("tour/trajectory"))  # not its 341 rows
+    assert "input a path the leader's input duration" in text_of(nhtrack.load("tour/lemniscate"))
 
 
 def test_studies_show_their_tables() -> None:

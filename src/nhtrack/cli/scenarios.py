@@ -78,15 +78,21 @@ def init_command(
         typer.Argument(help="The file to write; by default scenario.yaml, or my_law.py.", show_default=False),
     ] = None,
     law: Annotated[bool, typer.Option("--law", help="A tracking law of your own, in Python.")] = False,
+    along: Annotated[
+        Path | None,
+        typer.Option("--path", metavar="FILE", help="The leader drives after this file of poses or velocities."),
+    ] = None,
     force: Annotated[bool, typer.Option("--force", help="Replace the file if it exists.")] = False,
 ) -> None:
     """Write a commented scenario, or with --law a commented law, to start from."""
+    if law and along is not None:
+        raise typer.BadParameter("a law drives after no file; leave out one of --law and --path", param_hint="--path")
     target = path or Path("my_law.py" if law else "scenario.yaml")
     if law and target.suffix != ".py":
         raise typer.BadParameter(f"a law is a Python file such as my_law.py, got {target}", param_hint="PATH")
     if target.exists() and not force:
         fail(f"error: {target} exists; choose another name, or --force to replace it")
-    _write(target, _law_text() if law else _scenario_text(target))
+    _write(target, _law_text() if law else _scenario_text(target, along))
     if law:
         typer.echo(_LAW_WRITTEN.format(path=target))
     else:
@@ -105,8 +111,16 @@ def _law_text() -> str:
     return find_example("write_a_law/my_law.py").read_text(encoding="utf-8")
 
 
-def _scenario_text(target: Path) -> str:
-    """Returns a scenario that is called as its file."""
+def _scenario_text(target: Path, along: Path | None) -> str:
+    """Returns a scenario that is called as its file, with a leader that drives after another where that is given."""
+    if along is not None:
+        from nhtrack.config.path_starter import path_starter
+        from nhtrack.references import FileFaults
+
+        try:
+            return path_starter(target.stem, along, target.parent)
+        except FileFaults as error:
+            fail(str(error), EXIT_SCENARIO)
     from nhtrack.config.starter import starter
 
     return starter(target.stem)

@@ -13,14 +13,15 @@ from pathlib import Path as FilePath
 from typing import Any
 
 import numpy as np
+from pydantic import ValidationError
 
 from nhtrack.config.physics import Physics
-from nhtrack.config.robots import LeaderSection
+from nhtrack.config.robots import LeaderSection, Start
 from nhtrack.config.scenario import Scenario
 from nhtrack.config.similarity_section import SimilaritySection
 from nhtrack.config.tree import Path, lookup
 from nhtrack.network import network_faults
-from nhtrack.references import input_kind
+from nhtrack.references import ReferenceInputError, input_kind
 from nhtrack.section import Finding, is_finite
 
 Checks = Callable[[Mapping[str, Any], FilePath], Iterator[Finding]]
@@ -28,6 +29,7 @@ Checks = Callable[[Mapping[str, Any], FilePath], Iterator[Finding]]
 MOST_PERIODS = 2_000_000  # five and a half hours at 100 Hz; beyond it a recording no longer fits in memory
 AUTO_PERIODS = 2000  # where inputs are tried as long as `time: auto` leaves the control periods open
 MOST_STEPS = 1e7  # physics steps in a control period; beyond it the schema's bounds have the word
+_SAME = 1e-6  # how far a start may be from where the input begins, as a share and at all
 INPUT: Path = ("leader", "input")
 
 
@@ -46,6 +48,7 @@ def findings(tree: Any, directory: FilePath, checks: Checks) -> Iterator[Finding
     yield from _network_findings(tree)
     yield from checks(tree, directory)
     yield from input_findings(lookup(tree, INPUT), clock, INPUT)
+    yield from _start_findings(lookup(tree, ("leader",)))
 
 
 def no_checks(tree: Mapping[str, Any], directory: FilePath) -> Iterator[Finding]:
@@ -191,3 +194,17 @@ def input_findings(given: Any, clock: Clock, at: Path) -> Iterator[Finding]:
     if isinstance(given, Mapping):
         for path, message in input_kind(given).findings(given, clock.times):
             yield (*at, *path), message
+
+
+def _start_findings(leader: Any) -> Iterator[Finding]:
+    """Yields a start of the leader that is not where its input begins."""
+    given = lookup(leader, ("input",))
+    try:
+        asked = input_kind(given).model_validate(given).start()
+        start = Start.model_validate(lookup(leader, ("start",)))
+    except (ValidationError, ReferenceInputError, TypeError):
+        return  # told where start and input are judged
+    for key, expected in zip(("pose", "twist"), asked or (), strict=False):
+        if expected is not None and not np.allclose(getattr(start, key), expected, rtol=_SAME, atol=_SAME):
+            shown = ", ".join(f"{value:.9g}" for value in expected)
+            yield ("leader", "start", key), f"the input begins elsewhere: write {key}: [{shown}], or leave it out"

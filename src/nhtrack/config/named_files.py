@@ -6,10 +6,12 @@ from collections.abc import Mapping
 from pathlib import Path as FilePath
 from typing import Any
 
+from pydantic import ValidationError
+
 from nhtrack import assets
 from nhtrack.config.checks import INPUT
 from nhtrack.config.tree import lookup
-from nhtrack.references import input_kind
+from nhtrack.references import FileFaults, ReferenceInputError, input_kind
 from nhtrack.robots.contract import is_robot_file
 from nhtrack.section import Finding
 
@@ -22,11 +24,24 @@ def with_named_files(tree: Any, directory: FilePath, problems: list[Finding]) ->
     given = lookup(tree, INPUT)
     if isinstance(given, dict):
         kind = input_kind(given)
+        resolved["leader"] = tree["leader"]
         try:
             resolved["leader"] = {**tree["leader"], "input": kind.resolved(given, directory)}
-        except ValueError as error:
-            problems.append(((*INPUT, kind.key), str(error)))
+        except FileFaults as found:
+            problems += [((*INPUT, kind.key), fault) for fault in found.faults]
+        resolved["leader"] = _with_start(resolved["leader"])
     return resolved
+
+
+def _with_start(leader: Mapping[str, Any]) -> Mapping[str, Any]:
+    """Returns a leader's raw section with the start that its input asks for, where it gives none of its own."""
+    try:
+        start = input_kind(leader["input"]).model_validate(leader["input"]).start()
+    except (ValidationError, ReferenceInputError, TypeError):
+        return leader  # told where the input is judged
+    if start is None or not isinstance(given := leader.get("start", {}), Mapping):
+        return leader
+    return {**leader, "start": {"pose": list(start.pose or (0.0, 0.0, 0.0)), "twist": list(start.twist), **given}}
 
 
 def _robot_file(tree: Mapping[str, Any], directory: FilePath) -> dict[str, Any]:

@@ -30,7 +30,10 @@ class LeaderSection(Section):
     virtual: bool = Field(
         default=False, description="true: a moving marker that follows the input exactly, instead of a robot"
     )
-    start: Start = Field(description="where it begins")
+    start: Start = Field(
+        default=Start(pose=(0.0, 0.0, 0.0)),
+        description="where it begins; left out, where its input says, else at the origin, heading along x, at rest",
+    )
     input: Input = Field(description=f"its accelerations over time: {input_words()}")
 
 

@@ -53,7 +53,7 @@ def pace_within(limits: Limits, friction: float, utilisation: float) -> Pace:
 
 def starter(name: str) -> str:
     """Returns a scenario that begins with a bundled robot, called by a name where that is one."""
-    return _called(assets.find_scenario("tour/hello").read_text(encoding="utf-8"), name)
+    return called(assets.find_scenario("tour/hello").read_text(encoding="utf-8"), name)
 
 
 def starter_with(name: str, robot: RobotSection, pace: Pace) -> str:
@@ -69,8 +69,8 @@ def starter_with(name: str, robot: RobotSection, pace: Pace) -> str:
     text, _, _ = starter(name).partition("# The tracking law")
     text = re.sub(r"^(robot: \S+) .*", r"\1", text, count=1, flags=re.MULTILINE)
     values = {
-        ("description",): _flow(f"A leader drives an S and parks; a follower joins it. Both are {robot.file}."),
-        ("robot",): _flow(robot.model_dump(mode="json", exclude_defaults=True)),
+        ("description",): flow(f"A leader drives an S and parks; a follower joins it. Both are {robot.file}."),
+        ("robot",): flow(robot.model_dump(mode="json", exclude_defaults=True)),
         ("physics", "friction"): f"{pace.friction:g}",
         ("leader", "input", "u_x", 0, "value"): push,
         ("leader", "input", "u_x", 2, "value"): f"-{push}",
@@ -81,13 +81,14 @@ def starter_with(name: str, robot: RobotSection, pace: Pace) -> str:
     return with_values(text + law, values)
 
 
-def _called(text: str, name: str) -> str:
+def called(text: str, name: str) -> str:
+    """Returns a scenario's text under another name, where that is one."""
     if re.fullmatch(r"[A-Za-z][\w-]*", name):
         text = re.sub(r"^name: \S+", f"name: {name}", text, count=1, flags=re.MULTILINE)
     return text
 
 
-def _flow(value: Any) -> str:
+def flow(value: Any) -> str:
     """Returns a value as YAML in one line."""
     yaml: Any = YAML(typ="safe", pure=True)
     yaml.default_flow_style, yaml.sort_base_mapping_type_on_output, yaml.width = True, False, 10_000

@@ -46,7 +46,7 @@ class PlanarBase(Effect):
         for name in parts.rolling_casters:
             body = robot.find("geom", name).parent
             while body.name != parts.chassis:
-                for joint in list(body.joint):
+                for joint in list(body.get_children("joint")):
                     joint.remove()
                 body = body.parent
 

@@ -37,9 +37,9 @@ class Experiment:
         tracking: how what a follower tracks is made from its parents.
         law: what every follower obeys.
         start: the state to begin with, shape (n, 3).
-        inputs: accelerations (u_x, u_theta) of the root for each control period, shape (periods, 2): the
-            reference at the middle of the period, which makes a held input follow a smooth one to second
-            order and a piecewise constant one exactly.
+        inputs: accelerations (u_x, u_theta) of the root for each control period, shape (periods, 2): those of signals
+            at the middle of the period, which makes a held input follow a smooth one to second order and a piecewise
+            constant one exactly; those of a path such that the ideal root is on it at the end of each period.
         dt: control period [s].
         similarity: scenario units to the robot's.
         scene: what to compose for MuJoCo.
@@ -102,7 +102,6 @@ def build(scenario: Scenario, robot: RobotModels | None = None) -> Experiment:
     similarity = Similarity(scenario.similarity.length, scenario.similarity.time_scale)
     network = Network.from_parents(scenario.parents, scenario.weights)
     dt = 1.0 / scenario.control_rate
-    middles = similarity.times_to_scenario((np.arange(scenario.periods) + 0.5) * dt)
     scene = make_scene_spec(scenario)
     robot = robot or read_sound_robot(scene)
     robot.require(scene)
@@ -111,13 +110,18 @@ def build(scenario: Scenario, robot: RobotModels | None = None) -> Experiment:
         tracking=_tracking(scenario, network, similarity),
         law=make_law(scenario.law, similarity, make_limits(scenario, robot)),
         start=_start(scenario, network, similarity),
-        inputs=similarity.inputs_to_robot(scenario.leader.input.reference().sample(middles)),
+        inputs=similarity.inputs_to_robot(scenario.leader.input.reference().held(instants_of(scenario))),
         dt=dt,
         similarity=similarity,
         scene=scene,
         robot=robot,
         every=scenario.record.every,
     )
+
+
+def instants_of(scenario: Scenario) -> np.ndarray:
+    """Returns the times between control periods and at both ends [scenario time], shape (periods + 1,)."""
+    return np.arange(scenario.periods + 1) / (scenario.control_rate * scenario.similarity.time_scale)
 
 
 def make_scene_spec(scenario: Scenario) -> SceneSpec:

@@ -5,9 +5,11 @@ its time is in. A form of the input is a module here, with its section of a scen
 Nothing here knows of scales: `nhtrack.similarity` maps times and inputs to the robot.
 """
 
-from nhtrack.references.contract import InputSection, Reference, ReferenceInputError, Signal
+from nhtrack.references.columns import FileFaults, header_of
+from nhtrack.references.contract import Commands, InputSection, PathStart, Reference, ReferenceInputError, Signal
 from nhtrack.references.expression import CONSTANTS, FUNCTIONS, LONGEST_EXPRESSION, Expression, make_signal
 from nhtrack.references.inputs import Input, input_kind, input_kinds, input_words
+from nhtrack.references.motion import Departure, Motion, MotionInput
 from nhtrack.references.segments import Segments, make_segments
 from nhtrack.references.signals import Segment, SignalInput, SignalValue
 from nhtrack.references.table import Table, TableInput
@@ -16,9 +18,15 @@ __all__ = [
     "CONSTANTS",
     "FUNCTIONS",
     "LONGEST_EXPRESSION",
+    "Commands",
+    "Departure",
     "Expression",
+    "FileFaults",
     "Input",
     "InputSection",
+    "Motion",
+    "MotionInput",
+    "PathStart",
     "Reference",
     "ReferenceInputError",
     "Segment",
@@ -28,6 +36,7 @@ __all__ = [
     "SignalValue",
     "Table",
     "TableInput",
+    "header_of",
     "input_kind",
     "input_kinds",
     "input_words",

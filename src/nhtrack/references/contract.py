@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, ClassVar, Protocol
+from typing import Any, ClassVar, NamedTuple, Protocol
 
 import numpy as np
 
@@ -33,6 +33,26 @@ class Signal(Protocol):
         ...
 
 
+class Commands(Protocol):
+    """Accelerations for a robot that holds them from one instant to the next."""
+
+    def held(self, instants: np.ndarray) -> np.ndarray:
+        """Returns (u_x, u_theta) to be held between instants, shape (T + 1,) to (T, 2)."""
+        ...
+
+
+class PathStart(NamedTuple):
+    """Where a leader begins whose input is a path, in scenario units.
+
+    Attributes:
+        pose: x, y, theta, or None where the input says only how fast it moves.
+        twist: v, omega.
+    """
+
+    pose: tuple[float, float, float] | None
+    twist: tuple[float, float]
+
+
 @dataclass(frozen=True)
 class Reference:
     """The root's commanded accelerations over time.
@@ -54,6 +74,14 @@ class Reference:
         times = np.asarray(t, dtype=np.float64)
         return np.stack([self.u_x(times), self.u_theta(times)], axis=-1)
 
+    def held(self, instants: np.ndarray) -> np.ndarray:
+        """Returns (u_x, u_theta) at the middles between instants, shape (T + 1,) to (T, 2).
+
+        Raises:
+            ReferenceInputError: no finite value at some time.
+        """
+        return self.sample(0.5 * (instants[1:] + instants[:-1]))
+
 
 class InputSection(Section):
     """A form of the leader's input, and its section of a file.
@@ -68,9 +96,13 @@ class InputSection(Section):
     key: ClassVar[str]
     words: ClassVar[str]
 
-    def reference(self) -> Reference:
+    def reference(self) -> Commands:
         """Returns the reference, in scenario units."""
         raise NotImplementedError
+
+    def start(self) -> PathStart | None:
+        """Returns where the leader has to begin, or None where the input does not say."""
+        return None
 
     @classmethod
     def resolved(cls, given: Mapping[str, Any], directory: Path) -> Mapping[str, Any]:

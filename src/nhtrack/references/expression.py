@@ -15,6 +15,7 @@ from simpleeval import InvalidExpression, SimpleEval, safe_mult, safe_power
 
 from nhtrack.errors import did_you_mean
 from nhtrack.references.contract import ReferenceInputError
+from nhtrack.references.series import ORDER, SERIES_FUNCTIONS, moment, series
 
 LONGEST_EXPRESSION = 1000  # characters; keeps a hostile text from exhausting Python's parser
 DEEPEST_EXPRESSION = 200  # operations within operations; keeps it from exhausting Python's stack
@@ -28,6 +29,7 @@ FUNCTIONS: dict[str, Callable[..., Any]] = {
     "sign": lambda value: float(value > 0) - float(value < 0),
 }
 CONSTANTS: dict[str, float] = {"pi": math.pi, "e": math.e}
+_FACTORIALS = np.array([math.factorial(k) for k in range(ORDER + 1)])
 VOCABULARY: tuple[str, ...] = ("t", *CONSTANTS, *FUNCTIONS, "where")
 
 _OPERATORS: dict[type[ast.AST], Callable[..., Any]] = {
@@ -163,7 +165,7 @@ class Expression:
         """
         times = np.asarray(t, dtype=np.float64)
         constant = not any(isinstance(node, ast.Name) and node.id == "t" for node in ast.walk(self._tree))
-        names: dict[str, float] = dict(CONSTANTS)
+        names: dict[str, Any] = dict(CONSTANTS)
         evaluator = SimpleEval(operators=_OPERATORS, functions=FUNCTIONS, names=names)
         if constant and times.size:
             return np.full(times.shape, self._value(evaluator, names, float(times[0])))
@@ -171,15 +173,38 @@ class Expression:
             [self._value(evaluator, names, float(instant)) for instant in times], dtype=np.float64
         )
 
-    def _value(self, evaluator: SimpleEval, names: dict[str, float], t: float) -> float:
+    def derivatives(self, t: np.ndarray) -> np.ndarray:
+        """Returns value, first, second and third derivative at the times `t` of shape (T,), shape (T, 4).
+
+        At a corner, such as where `abs` or `where` change over, they are those of the branch that holds there.
+
+        Raises:
+            ReferenceInputError: one of them is not a finite real number at some time.
+        """
+        names: dict[str, Any] = dict(CONSTANTS)
+        evaluator = SimpleEval(operators=_OPERATORS, functions=SERIES_FUNCTIONS, names=names)
+        rows = [self._terms(evaluator, names, float(instant)) for instant in t]
+        return np.asarray(np.array(rows, dtype=np.float64).reshape(-1, ORDER + 1) * _FACTORIALS)
+
+    def _terms(self, evaluator: SimpleEval, names: dict[str, Any], t: float) -> tuple[float, ...]:
+        names["t"] = moment(t)
+        terms = series(self._evaluated(evaluator, t)).terms
+        if any(isinstance(term, complex) or not math.isfinite(term) for term in terms):
+            raise ReferenceInputError(f"{self.text!r} has no finite derivatives at t = {t:.6g}", t)
+        return terms
+
+    def _value(self, evaluator: SimpleEval, names: dict[str, Any], t: float) -> float:
         names["t"] = t
-        try:
-            value = evaluator.eval(self.text, previously_parsed=self._tree.body)
-        except (ArithmeticError, ValueError, TypeError, InvalidExpression) as error:
-            raise ReferenceInputError(f"{self.text!r} has no value at t = {t:.6g}: {error}", t) from None
+        value = self._evaluated(evaluator, t)
         if isinstance(value, complex) or not cmath.isfinite(value):
             raise ReferenceInputError(f"{self.text!r} is {value} at t = {t:.6g}, not a finite number", t)
         return float(value)
+
+    def _evaluated(self, evaluator: SimpleEval, t: float) -> Any:
+        try:
+            return evaluator.eval(self.text, previously_parsed=self._tree.body)
+        except (ArithmeticError, ValueError, TypeError, InvalidExpression) as error:
+            raise ReferenceInputError(f"{self.text!r} has no value at t = {t:.6g}: {error}", t) from None
 
 
 def make_signal(value: float | str) -> Expression:

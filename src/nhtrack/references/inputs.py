@@ -28,7 +28,8 @@ def input_kinds() -> tuple[type[InputSection], ...]:
         for kind in vars(import_module(name)).values()
         if isinstance(kind, type) and issubclass(kind, InputSection) and kind.__module__ == name
     ]
-    return (SignalInput, *(kind for kind in kinds if kind not in (InputSection, SignalInput)))
+    # A class without a key is what several forms have in common.
+    return (SignalInput, *(kind for kind in kinds if "key" in vars(kind) and kind is not SignalInput))
 
 
 def input_kind(given: Any) -> type[InputSection]:

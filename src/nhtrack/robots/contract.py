@@ -1,23 +1,14 @@
-"""What a kind of robot defines: how one is read from a file that somebody else wrote.
-
-A robot is read once and written down in one standard form, an MJCF text of our own (`nhtrack.robots.reading.standard`),
-which is all that scenes, effects and films see. A kind is a folder of this room whose package defines `KIND`.
-"""
+"""What is said of a robot's file: hints for it, reasons why it is refused, names of parts in its standard form."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from nhtrack.errors import RobotError
 
-if TYPE_CHECKING:
-    from nhtrack.robots.diff_drive import DiffDrive
-    from nhtrack.robots.reading.source import Source
-
-__all__ = ["ROBOT_FILES", "Hints", "Kind", "Parts", "Reading", "Refusal", "RefusedRobot", "is_robot_file"]
+__all__ = ["ROBOT_FILES", "Hints", "Parts", "Refusal", "RefusedRobot", "is_robot_file"]
 
 #: Endings, in small letters, by which the file of a robot is known.
 ROBOT_FILES = (".xml", ".mjcf", ".urdf", ".xacro")
@@ -90,39 +81,3 @@ class Parts:
     casters: tuple[str, ...]
     collision_geoms: tuple[str, ...]
     rolling_casters: tuple[str, ...] = ()  # those of the casters that are wheels of swivels, and grip the floor
-
-
-@dataclass(frozen=True)
-class Reading:
-    """A robot as it was read.
-
-    Attributes:
-        file: its file.
-        kind: what sort of robot it is.
-        mjcf: its standard form; files of meshes and textures by their full paths.
-        parts: names in it.
-        model: the reduced model.
-        sources: what each was read from, by what was read: `left tyre` from `geom 'tyre' (line 30)`.
-        notes: what was left out or taken otherwise than the file has it, a sentence each.
-    """
-
-    file: Path
-    kind: str
-    mjcf: str
-    parts: Parts
-    model: DiffDrive
-    sources: Mapping[str, str]
-    notes: tuple[str, ...]
-
-
-@dataclass(frozen=True)
-class Kind:
-    """A kind of robot.
-
-    Attributes:
-        name: its folder.
-        read: returns a robot of this kind as it was read; raises RefusedRobot for all others.
-    """
-
-    name: str
-    read: Callable[[Source], Reading]

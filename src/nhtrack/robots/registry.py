@@ -1,13 +1,15 @@
-"""The kinds of robots there are: those of the folders of this room that define one."""
+"""The kinds of robots there are: those of the folders of this room whose module `reading` defines one."""
 
 from __future__ import annotations
 
 from functools import cache
 from importlib import import_module
+from importlib.util import find_spec
 from pathlib import Path
 from pkgutil import iter_modules
 
-from nhtrack.robots.contract import Hints, Kind, Reading, RefusedRobot
+from nhtrack.robots.contract import Hints, RefusedRobot
+from nhtrack.robots.kind import Kind, Reading
 from nhtrack.robots.reading.files import load_source
 
 _ROOM = __name__.rpartition(".")[0]
@@ -17,7 +19,8 @@ _ROOM = __name__.rpartition(".")[0]
 def robot_kinds() -> tuple[Kind, ...]:
     """Returns the kinds, by name."""
     folders = [module.name for module in iter_modules(import_module(_ROOM).__path__) if module.ispkg]
-    found = [getattr(import_module(f"{_ROOM}.{name}"), "KIND", None) for name in sorted(folders)]
+    modules = [f"{_ROOM}.{folder}.reading" for folder in sorted(folders)]
+    found = [getattr(import_module(name), "KIND", None) for name in modules if find_spec(name)]
     return tuple(kind for kind in found if isinstance(kind, Kind))
 
 

@@ -18,8 +18,9 @@ import numpy as np
 from nhtrack import assets
 from nhtrack.arrays import Array
 from nhtrack.errors import RobotError, SimulationDiverged
-from nhtrack.robots.contract import Hints, Parts, Reading
+from nhtrack.robots.contract import Hints, Parts
 from nhtrack.robots.diff_drive import DiffDrive
+from nhtrack.robots.kind import Reading
 from nhtrack.robots.reading.standard import bare
 from nhtrack.simulation.ideal import IdealSimulation
 from nhtrack.simulation.mujoco import MujocoSimulation

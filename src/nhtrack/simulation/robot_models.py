@@ -10,9 +10,10 @@ import mujoco
 from nhtrack import assets
 from nhtrack.errors import RobotError, did_you_mean
 from nhtrack.mjcf import parse_mjcf
-from nhtrack.robots.contract import Hints, Parts, Reading, is_robot_file
+from nhtrack.robots.contract import Hints, Parts, is_robot_file
 from nhtrack.robots.diff_drive import DiffDrive
 from nhtrack.robots.diff_drive.identification import identify
+from nhtrack.robots.kind import Reading
 from nhtrack.robots.registry import read_file
 from nhtrack.simulation.spec import SceneSpec
 

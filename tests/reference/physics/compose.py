@@ -5,12 +5,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from nhtrack import assets
-from nhtrack.mjcf import read_mjcf
+from nhtrack.mjcf import parse_mjcf, read_mjcf
 from nhtrack.robots.contract import Parts
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     from nhtrack.robots.diff_drive import DiffDrive
     from nhtrack.simulation.spec import SceneSpec
 
@@ -20,13 +18,13 @@ _STIFF_SOLIMP = (0.9999, 0.9999, 0.001)
 _DENSE_ROBOTS = 4
 
 
-def compose(spec: SceneSpec, robot_file: Path, drive: DiffDrive, parts: Parts) -> Any:
-    """Returns the MJCF element of a scene."""
+def compose(spec: SceneSpec, mjcf: str, drive: DiffDrive, parts: Parts) -> Any:
+    """Returns the MJCF element of a scene of robots in their standard form."""
     arena = read_mjcf(assets.models_directory() / "arena" / "scene.xml")
     arena.compiler.remove()  # how a robot's file is read is the robot's to say; the arena has no angles
     _set_options(arena, spec, any(drive.losses.damping))
     for name in spec.bodies:
-        robot = read_mjcf(robot_file)
+        robot = parse_mjcf(mjcf)
         robot.model = name
         _set_contacts(robot, spec, parts)
         _set_motors(robot, drive, parts)
@@ -81,6 +79,7 @@ def _set_motors(robot: Any, drive: DiffDrive, parts: Parts) -> None:
     for name in parts.motors:
         motor = robot.find("actuator", name)
         motor.gear, motor.ctrlrange = (1,), (-drive.motor.torque_limit, drive.motor.torque_limit)
+        motor.ctrllimited = "true"
         if motor.tag == "general":
             motor.gainprm = (1,)
 

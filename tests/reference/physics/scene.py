@@ -116,7 +116,7 @@ def make_scene(spec: SceneSpec) -> Scene:
     """Returns the compiled scene of a spec."""
     robot = read_robot(spec)
     drive, plant, parts = robot.drive, robot.plant, robot.parts
-    arena = compose(spec, robot.reading.file, drive, parts)
+    arena = compose(spec, robot.reading.mjcf, drive, parts)
     model = mujoco.MjModel.from_xml_string(arena.to_xml_string(), arena.get_assets())
     marker = int(model.body(spec.robots[0]).mocapid[0]) if spec.virtual_root else None
     return Scene(spec, model, drive, plant, _addresses(model, spec, parts), marker)

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import mujoco
 
-from nhtrack.robots.contract import Kind, Parts, Reading, Refusal, RefusedRobot
+from nhtrack.robots.contract import Parts, Refusal, RefusedRobot
 from nhtrack.robots.diff_drive.actuators import read_motor
 from nhtrack.robots.diff_drive.identification import identify
 from nhtrack.robots.diff_drive.leftovers import leftovers, unknown_to_model
@@ -15,6 +15,7 @@ from nhtrack.robots.diff_drive.roles import find_roles
 from nhtrack.robots.diff_drive.stance import read_stance
 from nhtrack.robots.diff_drive.tyres import Axle, read_axle, read_tyre
 from nhtrack.robots.diff_drive.writing import Found, write_robot
+from nhtrack.robots.kind import Kind, Reading
 from nhtrack.robots.reading.source import Source
 from nhtrack.robots.reading.standard import bare
 

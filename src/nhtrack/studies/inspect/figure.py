@@ -18,8 +18,8 @@ from nhtrack.colours import FOLLOWERS, INK, PAPER, ROOT
 from nhtrack.plots.margins import Box, Numbers, axis_room, place_labels, place_panel, title_room
 from nhtrack.plots.style import column_styled, panel_title
 from nhtrack.presentation.numbers import quantity
-from nhtrack.robots.contract import Reading
 from nhtrack.robots.diff_drive import DiffDrive
+from nhtrack.robots.kind import Reading
 from nhtrack.studies.inspect.silhouette import ABOVE, SIDE, Piece, silhouettes
 
 __all__ = ["robot_figure"]

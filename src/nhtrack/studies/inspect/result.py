@@ -7,37 +7,21 @@ from dataclasses import asdict, dataclass
 from functools import cached_property
 from math import isfinite
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 from nhtrack.config.robot_section import RobotSection
-from nhtrack.errors import RenderError
+from nhtrack.errors import RefusedError, RenderError
 from nhtrack.laws import Limits
 from nhtrack.presentation.numbers import counted
 from nhtrack.presentation.result_table import ResultTable
-from nhtrack.robots.contract import Parts, Reading
+from nhtrack.robots.contract import Parts
 from nhtrack.robots.diff_drive import DiffDrive
+from nhtrack.robots.kind import Reading
 from nhtrack.simulation.guard import GuardFigure
+from nhtrack.studies.inspect.tables import Property, elements_table, guard_table, numbers_table
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-
-
-class Property(NamedTuple):
-    """A number that is known of a robot.
-
-    Attributes:
-        part: what it is a property of.
-        name: what it is.
-        value: the number, in its unit; infinite where there is no limit.
-        unit: its unit; `1` for none.
-        source: what it was read from, or follows from.
-    """
-
-    part: str
-    name: str
-    value: float
-    unit: str
-    source: str
 
 
 @dataclass(frozen=True, repr=False)
@@ -118,9 +102,8 @@ class Inspection:
     @property
     def tables(self) -> tuple[ResultTable, ...]:
         """Elements that parts were read from, numbers, and what the guard found."""
-        from nhtrack.studies.inspect.tables import inspection_tables
-
-        return inspection_tables(self)
+        title = f"{self.name}: {self.reading.file}"
+        return elements_table(title, self.reading), numbers_table(self.properties), guard_table(self.guard)
 
     @cached_property
     def figure(self) -> Figure:
@@ -154,7 +137,9 @@ class Inspection:
         """
         from nhtrack.studies.inspect.scenario import write_scenario
 
-        return write_scenario(self, Path(path))
+        if self.limits is None:
+            raise RefusedError("no scenario to start from: " + "; ".join(self.remarks))
+        return write_scenario(self.robot, self.drive, Path(path), self.friction, self.utilisation)
 
     def __repr__(self) -> str:
         """Returns a one-line account."""

@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 
 from nhtrack.arrays import Array
-from nhtrack.robots.contract import Reading
+from nhtrack.robots.kind import Reading
 from nhtrack.robots.reading.shapes import SOLID, outline, reach
 
 __all__ = ["ABOVE", "SIDE", "Piece", "View", "silhouettes"]

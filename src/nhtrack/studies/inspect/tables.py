@@ -2,32 +2,47 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from math import isinf
-from typing import TYPE_CHECKING
+from typing import NamedTuple
 
 from nhtrack.presentation.numbers import cell
 from nhtrack.presentation.result_table import ResultTable, TableRow
+from nhtrack.robots.kind import Reading
+from nhtrack.simulation.guard import GuardFigure
 
-if TYPE_CHECKING:
-    from nhtrack.studies.inspect.result import Inspection
-
-__all__ = ["inspection_tables"]
-
-
-def inspection_tables(found: Inspection) -> tuple[ResultTable, ...]:
-    """Returns the elements that parts were read from, the numbers, and what the guard found."""
-    return _elements(found), _numbers(found), _guard(found)
+__all__ = ["Property", "elements_table", "guard_table", "numbers_table"]
 
 
-def _elements(found: Inspection) -> ResultTable:
-    rows = tuple(TableRow((part, element)) for part, element in found.reading.sources.items())
+class Property(NamedTuple):
+    """A number that is known of a robot.
+
+    Attributes:
+        part: what it is a property of.
+        name: what it is.
+        value: the number, in its unit; infinite where there is no limit.
+        unit: its unit; `1` for none.
+        source: what it was read from, or follows from.
+    """
+
+    part: str
+    name: str
+    value: float
+    unit: str
+    source: str
+
+
+def elements_table(title: str, reading: Reading) -> ResultTable:
+    """Returns the elements that parts were read from."""
+    rows = tuple(TableRow((part, element)) for part, element in reading.sources.items())
     head = ("part", "read from")
-    return ResultTable(f"{found.name}: {found.reading.file}", head, rows, frozenset(head))
+    return ResultTable(title, head, rows, frozenset(head))
 
 
-def _numbers(found: Inspection) -> ResultTable:
+def numbers_table(properties: Iterable[Property]) -> ResultTable:
+    """Returns the numbers, part by part."""
     rows, part = list[TableRow](), ""
-    for each in found.properties:
+    for each in properties:
         value = "no limit" if isinf(each.value) else cell(each.value, each.unit)
         cells = ("" if each.part == part else each.part, each.name, value, each.source)
         rows.append(TableRow(cells, begins=bool(part) and each.part != part))
@@ -36,13 +51,14 @@ def _numbers(found: Inspection) -> ResultTable:
     return ResultTable("What follows", headings, tuple(rows), frozenset({"", "property", "from"}))
 
 
-def _guard(found: Inspection) -> ResultTable:
+def guard_table(guard: Iterable[GuardFigure]) -> ResultTable:
+    """Returns what the guard found."""
     rows = tuple(
         TableRow(
             (each.quantity, *(cell(value, each.unit) for value in (each.expected, each.found, each.tolerance))),
             "" if each.holds else "fault",
         )
-        for each in found.guard
+        for each in guard
     )
     headings = ("one robot alone on the floor", "reduced model", "scene", "may differ by")
     return ResultTable("Guard", headings, rows, frozenset(headings[:1]))

@@ -20,6 +20,7 @@ from nhtrack.config.scenario import Scenario
 from nhtrack.errors import SimulationDiverged
 from nhtrack.experiment.build import Experiment, build, robot_of
 from nhtrack.experiment.compile import compile_once
+from nhtrack.experiment.leader_notes import leader_notes, leader_warnings
 from nhtrack.experiment.loop import Rollout
 from nhtrack.experiment.recorder import FullRecorder, Shape
 from nhtrack.experiment.robot_checks import robot_notes, robot_warnings
@@ -137,7 +138,7 @@ def simulate(scenario: Scenario, stage: Stage | None = None, folder: Path | None
     recording = _recording(scenario, experiment, drive, main, twin, scene)
     events = find_events(recording)
     told = [*predicted, *sentences(events)]
-    said = {"warnings": told, "notes": [*robot_notes(experiment)]}
+    said = {"warnings": told, "notes": [*robot_notes(experiment), *leader_notes(scenario)]}
     return Outcome(recording, summary(recording, events) | said, main.failure, events)
 
 
@@ -195,7 +196,7 @@ def run_scenario(
 
 def run_warnings(scenario: Scenario, experiment: Experiment, twin: Rollout, drive: DiffDrive) -> tuple[str, ...]:
     """Returns what the gains and the ideal run say will go wrong on wheels, in sentences."""
-    found = experiment.law.warnings()
+    found = (*experiment.law.warnings(), *leader_warnings(scenario))
     interpreted = entry_of(experiment.law.kind).interpreted
     if interpreted is not None:
         found = (*found, f"law {scenario.law.name!r} {runs_as_python(interpreted)}")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
+from math import isfinite
 from typing import Any
 
 from nhtrack.config.physics import Physics
@@ -13,7 +14,7 @@ from nhtrack.plots.style import column_styled
 from nhtrack.presentation.notebook import NotebookView, PageImage, drawing, html_of
 from nhtrack.presentation.numbers import seconds
 from nhtrack.presentation.result_table import ResultTable, TableRow
-from nhtrack.references import InputSection, SignalInput, SignalValue, TableInput
+from nhtrack.references import InputSection, MotionInput, SignalInput, SignalValue, TableInput
 from nhtrack.section import Section
 
 _ROBOTS = 12  # rows of a table
@@ -93,6 +94,9 @@ def _reference(given: InputSection) -> list[tuple[str, str, str]]:
     if isinstance(given, TableInput):
         until = f"the leader's input until {given.table.t[-1]:g}, {given.interpolation}"
         return [("input", f"a table of {len(given.table.t)} rows", until)]
+    if isinstance(given, MotionInput):
+        end = given.reference().end
+        return [("input", given.words, "the leader's input" + (f" until {end:g}" if isfinite(end) else ""))]
     return [("input", _value(given.model_dump(mode="json")), f"the leader's input, {given.words}")]
 
 

@@ -1,0 +1,152 @@
+"""Columns of numbers from a text file, each number with its line and column: what all files of inputs are read by."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TypeAlias
+
+Cell: TypeAlias = tuple[int, str]  # where it begins in its line, from one, and its text
+
+_MOST_FAULTS = 10  # of one file that are told
+_CSV_CELL = re.compile(r'\s*("(?:[^"]|"")*"[^,]*|[^,]*)(?:,|$)')
+_WORD = re.compile(r"\S+")
+
+
+class FileFaults(ValueError):
+    """What is wrong with a file, one text a fault, each with file, line and column.
+
+    Attributes:
+        faults: the texts.
+    """
+
+    def __init__(self, faults: Iterable[str]) -> None:
+        found = list(faults)
+        rest = len(found) - _MOST_FAULTS
+        self.faults = (*found[:_MOST_FAULTS], *([f"and {rest} more faults like these"] if rest > 0 else []))
+        super().__init__("\n".join(self.faults))
+
+
+@dataclass(frozen=True)
+class Columns:
+    """Columns of a file and where each number of them stands.
+
+    Attributes:
+        file: name of the file.
+        values: the columns by their names, all of one length.
+        places: line and column of each number, from one.
+    """
+
+    file: str
+    values: Mapping[str, list[float]]
+    places: Mapping[str, list[tuple[int, int]]] = field(repr=False)
+
+    def fault(self, row: int, name: str, message: str) -> str:
+        """Returns what is wrong with a number as a text with its place."""
+        line, column = self.places[name][row]
+        return f"{self.file}:{line}:{column}: {message}"
+
+
+def read_csv(path: Path, names: Sequence[str]) -> Columns:
+    """Returns columns of a CSV file whose first line names them; others are passed over.
+
+    Args:
+        path: of the file.
+        names: of the columns.
+
+    Raises:
+        FileFaults: no such file, not text, a column missing or there twice, no rows, a cell that is no finite number.
+    """
+    lines, header = text_lines(path), header_of(path)
+    missing = [name for name in names if name not in header]
+    twice = [name for name in names if header.count(name) > 1]
+    if missing or twice:
+        got = ", ".join(header) or "nothing"
+        semicolons = "; separate them by commas" if len(header) == 1 and ";" in got else ""
+        wrong = f"expected the columns {', '.join(names)}, got {got}{semicolons}"
+        twofold = f"the column {twice[0]} is there twice" if twice else ""
+        raise FileFaults([f"{path.name}:1:1: {wrong if missing else twofold}"])
+    where = [header.index(name) for name in names]
+    rows = [(number, _csv_cells(line)) for number, line in enumerate(lines[1:], start=2) if line.strip(", \t")]
+    return _columns(path, names, where, rows, "no rows under the header")
+
+
+def header_of(path: Path) -> list[str]:
+    """Returns the names of the columns of a CSV file; raises as `text_lines`."""
+    lines = text_lines(path)
+    return [cell.strip(' "') for _, cell in _csv_cells(lines[0])] if lines else []
+
+
+def read_words(path: Path, names: Sequence[str]) -> Columns:
+    """Returns columns of a file of numbers with blanks between them, in this order; `#` begins a comment.
+
+    Raises:
+        FileFaults: see `read_csv`.
+    """
+    rows = []
+    for number, line in enumerate(text_lines(path), start=1):
+        cells = [(found.start() + 1, found.group()) for found in _WORD.finditer(line.partition("#")[0])]
+        if cells:
+            rows.append((number, cells))
+    return _columns(path, names, range(len(names)), rows, f"no rows of {' '.join(names)}")
+
+
+def text_lines(path: Path) -> list[str]:
+    """Returns the lines of a text file.
+
+    Raises:
+        FileFaults: it cannot be read, or is not UTF-8 text.
+    """
+    try:
+        return path.read_text(encoding="utf-8-sig").splitlines()
+    except UnicodeDecodeError as error:
+        raise FileFaults([f"{path.name}: not a file of UTF-8 text ({error.reason})"]) from None
+    except FileNotFoundError:
+        raise FileFaults([f"no file {str(path)!r}"]) from None
+    except OSError as error:
+        raise FileFaults([f"{str(path)!r} cannot be read: {error.strerror}"]) from None
+
+
+def _csv_cells(line: str) -> list[Cell]:
+    """Returns the cells of a line, which may stand in quotation marks."""
+    cells: list[Cell] = []
+    end = 0
+    while end <= len(line) and (found := _CSV_CELL.match(line, end)):
+        cells.append((found.start(1) + 1, found.group(1).strip()))
+        if not found.group().endswith(","):
+            break
+        end = found.end()
+    return cells
+
+
+def _columns(
+    path: Path, names: Sequence[str], where: Sequence[int], rows: Sequence[tuple[int, Sequence[Cell]]], none: str
+) -> Columns:
+    values: dict[str, list[float]] = {name: [] for name in names}
+    places: dict[str, list[tuple[int, int]]] = {name: [] for name in names}
+    faults = [] if rows else [f"{path.name}:1:1: {none}"]
+    for line, cells in rows:
+        for name, index in zip(names, where, strict=True):
+            if index >= len(cells):
+                column = cells[-1][0] + len(cells[-1][1]) if cells else 1
+                faults.append(f"{path.name}:{line}:{column}: no value for {name}")
+                continue
+            column, text = cells[index]
+            number = _number(text)
+            if not math.isfinite(number):
+                faults.append(f"{path.name}:{line}:{column}: {name} must be a finite number, got {text!r}")
+            values[name].append(number)
+            places[name].append((line, column))
+    if faults:
+        raise FileFaults(faults)
+    return Columns(path.name, values, places)
+
+
+def _number(text: str) -> float:
+    try:
+        return float(text.strip('"'))
+    except ValueError:
+        return math.nan
