@@ -179,7 +179,7 @@ def test_a_place_that_cannot_be_written_is_one_line(tmp_path: Path) -> None:
 
 
 def test_list_names_everything_there_is() -> None:
-    listed = invoke("list").stdout
+    listed = " ".join(invoke("list").stdout.split())
     for name in (*assets.bundled_scenarios(), *assets.robots()):
         assert name in listed
     assert "Paper, Example 1: a smooth trajectory, followed" in listed

@@ -191,11 +191,18 @@ def test_a_time_left_open_is_found_for_the_gains_that_are_there() -> None:
     assert isinstance(found.scenario.similarity.time, float)
 
 
+# Lengths, speeds and times that a law has of its own, which are not searched.
+REST = {
+    "universal": {"m", "field_speed", "turn_rate", "dock_radius", "dock_speed"},
+    "agile": {"m", "field_speed", "turn_rate", "dock_radius", "least_speed", "near_radius", "zeta", "window", "smoothing"},
+}
+
+
 @pytest.mark.parametrize("name", law_names())
 def test_every_range_is_a_gain_of_its_law(name: str) -> None:
     gains = {"published": ", kp: 4, kd: 6, ke: 1, k: 5", "stabiliser": ", kp: 4, kd: 6, k: 5"}.get(name, "")
     law = case(f"law={{name: {name}{gains}}}").law
-    rest = {"m", "field_speed", "turn_rate", "dock_radius", "dock_speed"} if name == "universal" else set()
+    rest = REST.get(name, set())
     own = set(type(law).model_fields) - {"name", "variant", "hysteresis", "dead_zone", "limits"}
     assert set(ranges_of(law)) == own - rest
 
