@@ -194,7 +194,8 @@ def test_a_time_left_open_is_found_for_the_gains_that_are_there() -> None:
 # Lengths, speeds and times that a law has of its own, which are not searched.
 REST = {
     "universal": {"m", "field_speed", "turn_rate", "dock_radius", "dock_speed"},
-    "agile": {"m", "field_speed", "turn_rate", "dock_radius", "least_speed", "near_radius", "zeta", "window", "smoothing"},
+    "agile": {"m", "field_speed", "turn_rate", "dock_radius", "least_speed", "near_radius", "zeta"}
+    | {"window", "smoothing"},
 }
 
 
