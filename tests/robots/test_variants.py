@@ -12,7 +12,7 @@ from odd_robots.faults import FAULTS
 from odd_robots.plain import text_of
 from odd_robots.variants import EVERY, made, variants
 
-COUNT = 120
+COUNT = 100
 # How far wheels and ideal twin may part, of the path: a few micrometres where an axle leans by 1.57 for pi/2; and what
 # a swivel caster does, of which the reduced model does not know.
 FOLLOWED, SWIVELLED = 3e-5, 1e-3
