@@ -115,7 +115,7 @@ def findings(bench: Bench) -> dict[str, Finding]:
 
 @pytest.mark.slow
 def test_a_prediction_without_the_casters_turning_is_told_apart(bench: Bench, monkeypatch: pytest.MonkeyPatch) -> None:
-    """With casters that weigh half of what they do, the prediction no longer explains the gap, as it does in the suite."""
+    """With casters that weigh half of what they do, the prediction no longer explains the gap, which it does else."""
 
     def lighter(scene: Scene) -> RollingCasters:
         model = mujoco.MjModel.from_xml_string(scene.xml)
