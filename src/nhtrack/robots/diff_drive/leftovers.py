@@ -82,13 +82,12 @@ def _met(source: Source, tendon: int) -> Iterator[int]:
 
 def _unbalanced(source: Source, roles: Roles, joint: int) -> Iterator[Refusal]:
     """Yields that a wheel's mass does not turn about its axis."""
-    model, data = source.model, source.data
+    model = source.model
     bodies = [b for b in source.subtree(int(model.jnt_bodyid[joint])) if model.body_mass[b] > 0]
-    mass = float(sum(model.body_mass[b] for b in bodies))
+    mass, middle = source.mass_of(bodies)
     axis, anchor = source.axis(joint), source.anchor(joint)
     if not mass:
         return
-    middle = sum(model.body_mass[b] * data.xipos[b] for b in bodies) / mass
     off = float(np.linalg.norm(np.cross(middle - anchor, axis)))
     total = float(model.body_subtreemass[roles.root])
     low = min((source.bottom(g) for g in source.geoms_of(bodies)), default=anchor[2] - 1.0)
@@ -109,13 +108,8 @@ def _unbalanced(source: Source, roles: Roles, joint: int) -> Iterator[Refusal]:
 
 def _inertia_across(source: Source, bodies: Sequence[int], anchor: Array, axis: Array) -> Array:
     """Returns the principal moments of inertia across an axis, about a point of it [kg m^2], shape (2,)."""
-    inertia = np.zeros((3, 3))
-    for body in bodies:
-        turned, off = np.array(source.data.ximat[body]).reshape(3, 3), source.data.xipos[body] - anchor
-        inertia += turned @ np.diag(source.model.body_inertia[body]) @ turned.T
-        inertia += source.model.body_mass[body] * (off @ off * np.eye(3) - np.outer(off, off))
     plane = np.linalg.svd(axis[None])[2][1:]
-    return np.asarray(np.linalg.eigvalsh(plane @ inertia @ plane.T))
+    return np.asarray(np.linalg.eigvalsh(plane @ source.inertia_about(bodies, anchor) @ plane.T))
 
 
 def _floating(source: Source, roles: Roles) -> Iterator[Refusal]:

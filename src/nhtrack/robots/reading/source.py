@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -127,3 +127,18 @@ class Source:
         """Returns where a geom would touch a floor, in the frame whose rows are `rotation`, [m], shape (k, 3)."""
         centre, own = self.place(geom)
         return np.asarray(rotation @ centre + lowest_points(self.model, geom, rotation @ own, tolerance))
+
+    def mass_of(self, bodies: Sequence[int]) -> tuple[float, Array]:
+        """Returns the mass of some bodies [kg] and its centre, world frame [m], shape (3,)."""
+        masses = self.model.body_mass[list(bodies)]
+        total = float(masses.sum())
+        return total, np.asarray(masses @ self.data.xipos[list(bodies)] / max(total, 1e-300))
+
+    def inertia_about(self, bodies: Sequence[int], point: Array) -> Array:
+        """Returns the inertia of some bodies about a point, world frame [kg m^2], shape (3, 3)."""
+        inertia = np.zeros((3, 3))
+        for body in bodies:
+            turned, off = np.array(self.data.ximat[body]).reshape(3, 3), self.data.xipos[body] - point
+            inertia += turned @ np.diag(self.model.body_inertia[body]) @ turned.T
+            inertia += self.model.body_mass[body] * (off @ off * np.eye(3) - np.outer(off, off))
+        return inertia

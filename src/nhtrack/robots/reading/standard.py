@@ -72,18 +72,9 @@ def text(values: Any) -> str:
 
 def inertia_of(source: Source, link: Link) -> tuple[float, Array, Array]:
     """Returns mass [kg], centre of mass [m], shape (3,), and inertia about it [kg m^2], shape (3, 3), of a link."""
-    model, data = source.model, source.data
-    bodies = [body for body in link.bodies if model.body_mass[body] > 0]
-    mass = float(sum(model.body_mass[body] for body in bodies))
-    places = {body: link.point(data.xipos[body]) for body in bodies}
-    centre = sum((model.body_mass[body] * places[body] for body in bodies), np.zeros(3)) / max(mass, 1e-300)
-    inertia = np.zeros((3, 3))
-    for body in bodies:
-        turned = link.frame @ np.array(data.ximat[body]).reshape(3, 3)
-        off = places[body] - centre
-        inertia += turned @ np.diag(model.body_inertia[body]) @ turned.T
-        inertia += model.body_mass[body] * (off @ off * np.eye(3) - np.outer(off, off))
-    return mass, centre, inertia + _rounded_off(inertia) * np.eye(3)
+    mass, centre = source.mass_of(link.bodies)
+    inertia = link.frame @ source.inertia_about(link.bodies, centre) @ link.frame.T
+    return mass, link.point(centre), inertia + _rounded_off(inertia) * np.eye(3)
 
 
 def _rounded_off(inertia: Array) -> float:
