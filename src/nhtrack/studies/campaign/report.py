@@ -18,6 +18,7 @@ from nhtrack.report.page import Page, write_page
 from nhtrack.report.scenario_listing import meanings, yaml_text
 from nhtrack.settling import SettlingLimits
 from nhtrack.simulation.faults import LOST
+from nhtrack.studies.campaign.grids import by_reference, grid_labels, grid_maps, whole_percent
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -26,6 +27,7 @@ DRAWN_DIGITS = 5  # significant digits of what is drawn: a tenth of a pixel on a
 MOST_STARTS = 30_000  # of all maps together: two megabytes
 LEAST_STARTS = 50  # of one map
 CURVE_POINTS = 240  # of a distribution; more could not be seen
+_SECTIONS = {"starts": "Starts", "distributions": "Distributions", "campaign": "Campaign"}
 _LEAST = 1e-12  # errors below this are rounding, and are drawn at it
 
 
@@ -79,13 +81,15 @@ def write_campaign_page(runs: pd.DataFrame, cells: pd.DataFrame, account: Accoun
 
 def campaign_page(runs: pd.DataFrame, cells: pd.DataFrame, account: Account) -> Page:
     """Returns what the page of a campaign shows. Arguments as `write_campaign_page`."""
-    tree, data = account.tree, campaign_payload(runs, account.tree)
+    tree, maps = account.tree, list(_maps(cells, account.tree))
+    runs, cells = by_reference(runs, cells)
+    data = campaign_payload(runs, tree)
     shown = sum(len(each["start"]) for law in data["starts"] for each in law if each)
     again = [("The worst run of each law again:", "\n".join(f"nhtrack run {file}" for file in account.worst.values()))]
     return Page(
         "campaign.html.j2",
         tree["name"],
-        {"shares": "Shares", "starts": "Starts", "distributions": "Distributions", "campaign": "Campaign"},
+        {"shares": "Shares"} | ({"maps": "Maps"} if maps else {}) | _SECTIONS,
         campaign_verdicts(runs, cells, tree),
         [("With the same versions, the campaign above, saved as a file:", "nhtrack campaign campaign.yaml"), *again],
         account.versions,
@@ -95,6 +99,7 @@ def campaign_page(runs: pd.DataFrame, cells: pd.DataFrame, account: Account) -> 
         data=data,
         contents={
             "table": list(_table(cells, data)),
+            "maps": maps,
             "scales": tree["similarity"],
             "thinning": {"runs": len(runs), "shown": shown, "points": CURVE_POINTS, "digits": DRAWN_DIGITS},
             "yaml": yaml_text(tree),
@@ -107,10 +112,14 @@ def campaign_page(runs: pd.DataFrame, cells: pd.DataFrame, account: Account) -> 
 
 
 def campaign_payload(runs: pd.DataFrame, tree: Mapping[str, Any]) -> dict[str, Any]:
-    """Returns what the page's scripts draw, ready for JSON; lengths and times in the campaign's own units."""
+    """Returns what the page's scripts draw, ready for JSON; lengths and times in the campaign's own units.
+
+    Families over grids have no starts: each is there once for every point.
+    """
     laws, families = (list(dict.fromkeys(runs[column])) for column in ("law", "family"))
     parts = {key: part for key, part in runs.groupby(["law", "family"], sort=False)}
     most = max(LEAST_STARTS, MOST_STARTS // max(1, len(parts)))
+    over_grids = {grid["name"] for grid in tree["families"] if "grid" in grid}
     return {
         "laws": [{"name": law, "colour": robot_colour(place)} for place, law in enumerate(laws, start=1)],
         "families": families,
@@ -118,7 +127,10 @@ def campaign_payload(runs: pd.DataFrame, tree: Mapping[str, Any]) -> dict[str, A
         "lost": LOST,
         "figures": [figure._asdict() for figure in DISTRIBUTIONS],
         "curves": [[_curves(parts.get((law, family))) for family in families] for law in laws],
-        "starts": [[_starts(parts.get((law, family)), most) for family in families] for law in laws],
+        "starts": [
+            [None if family in over_grids else _starts(parts.get((law, family)), most) for family in families]
+            for law in laws
+        ],
     }
 
 
@@ -225,6 +237,22 @@ def _table(cells: pd.DataFrame, data: Mapping[str, Any]) -> Iterator[dict[str, A
     for law in data["laws"]:
         found = [rows.get((law["name"], family)) for family in data["families"]]
         yield law | {"cells": [None if row is None else _cell(row) for row in found]}
+
+
+def _maps(cells: pd.DataFrame, tree: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
+    """Yields the maps over grids, the highest row first; a cell is None where the law was not run."""
+    labels = grid_labels(tree)
+    for grid in grid_maps(cells):
+        own, shares = labels.get(grid.name, {}), grid.shares[::-1] if grid.up else grid.shares
+        rows = [[None if math.isnan(share) else (share, whole_percent(share)) for share in row] for row in shares]
+        names = reversed(grid.rows) if grid.up else grid.rows
+        yield {
+            "title": f"{grid.name}: {grid.law}" if grid.law else grid.name,
+            "across": own.get(grid.across, grid.across),
+            "up": own.get(grid.up, grid.up) or "law",
+            "columns": grid.columns,
+            "rows": list(zip(names, rows, strict=True)),
+        }
 
 
 def _cell(row: Mapping[str, Any]) -> dict[str, Any]:
