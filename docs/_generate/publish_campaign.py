@@ -36,9 +36,11 @@ def publish(source: Path, name: str) -> None:
     labels = grid_labels(json.loads((source / "campaign.json").read_text())["asked"])
     with TemporaryDirectory() as folder:
         runs, cells = pd.read_parquet(source / "runs.parquet"), pd.read_csv(source / "cells.csv")
-        for drawn in save_campaign_figures(runs, cells, Path(folder), labels=labels, pdf=True):
-            if drawn.suffix == ".png" and (drawn.stem in FIGURES or drawn.stem.startswith("grid_map_")):
-                _save_small(drawn, target / "figures" / drawn.name)
+        files = save_campaign_figures(runs, cells, Path(folder), labels=labels, pdf=True)
+        drawn = [path for path in files if path.suffix == ".png"]
+        maps = [path for path in drawn if path.stem.startswith("grid_map_")]
+        for path in maps or [path for path in drawn if path.stem in FIGURES]:
+            _save_small(path, target / "figures" / path.name)
 
 
 def _save_small(drawn: Path, target: Path) -> None:

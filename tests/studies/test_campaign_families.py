@@ -43,7 +43,7 @@ families:
     u_theta: where(A > 0.5, -0.1, 1e-1)
     twist: [-A, f/2]
     labels: {f: "frequency [rad/s]"}
-  - {name: turning, grid: {omega: [-2, 0, 3]}, twist: [0.5, omega], u_x: 0, u_theta: 0.1**omega}
+  - {name: turning, grid: {omega: [-2, 0, 3]}, twist: [0.5, omega], u_x: 0, u_theta: 0.1*omega**2}
   - sinus
   - {name: curve, input: {path: {x: 1 + 2*sin(0.3*t), y: 3 - sin(0.6*t)}}}
 starts: {count: 4, seed: 3, special: 0.5}
@@ -53,7 +53,7 @@ BY_HAND = """
   - {name: reverse-a, u_x: 0.25*0.5*cos(0.5*t), u_theta: 0.1, twist: [-0.25, 0.25]}
   - {name: reverse-b, u_x: 1*2*cos(2*t), u_theta: -0.1, twist: [-1, 1]}
   - {name: reverse-c, u_x: 0.25*8*cos(8*t), u_theta: 0.1, twist: [-0.25, 4]}
-  - {name: turning-a, u_x: 0, u_theta: 0.1**(-2), twist: [0.5, -2]}
+  - {name: turning-a, u_x: 0, u_theta: 0.1*(-2)**2, twist: [0.5, -2]}
 """
 POINTS = {
     "reverse-a": "reverse f=0.5 A=0.25", "reverse-b": "reverse f=2 A=1", "reverse-c": "reverse f=8 A=0.25",
@@ -298,7 +298,7 @@ def test_quick_leaders_are_what_their_names_say(tmp_path: Path) -> None:
         assert twist[f"decay-{time}s"][-1] == pytest.approx(np.exp(-80 / time) * np.ones(2), abs=1e-4)
     square = twist["square"]
     assert abs(square[:, 0] * square[:, 1]).max() < 1e-5  # it either drives or turns, but for what keeps it on its path
-    assert (abs(square).max(axis=1) < 1e-5).mean() > 0.1  # and stands between
+    assert (abs(square).max(axis=1) < 1e-3).mean() > 0.1  # and stands between
     assert square[:, 1].sum() * 0.01 > 4 * np.pi
     assert twist["eight"][:, 0].min() > 0.3
     assert twist["eight"][:, 1].min() < -0.5 < 0.5 < twist["eight"][:, 1].max()

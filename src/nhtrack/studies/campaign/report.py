@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import groupby
+from operator import attrgetter
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -18,7 +20,7 @@ from nhtrack.report.page import Page, write_page
 from nhtrack.report.scenario_listing import meanings, yaml_text
 from nhtrack.settling import SettlingLimits
 from nhtrack.simulation.faults import LOST
-from nhtrack.studies.campaign.grids import by_reference, grid_labels, grid_maps, whole_percent
+from nhtrack.studies.campaign.grids import GridMap, by_reference, grid_labels, grid_maps, whole_percent
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -240,19 +242,24 @@ def _table(cells: pd.DataFrame, data: Mapping[str, Any]) -> Iterator[dict[str, A
 
 
 def _maps(cells: pd.DataFrame, tree: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
-    """Yields the maps over grids, the highest row first; a cell is None where the law was not run."""
+    """Yields grids with their maps, the highest row first; a cell is None where the law was not run."""
     labels = grid_labels(tree)
-    for grid in grid_maps(cells):
-        own, shares = labels.get(grid.name, {}), grid.shares[::-1] if grid.up else grid.shares
-        rows = [[None if math.isnan(share) else (share, whole_percent(share)) for share in row] for row in shares]
-        names = reversed(grid.rows) if grid.up else grid.rows
+    for name, several in groupby(grid_maps(cells), key=attrgetter("name")):
+        maps, own = list(several), labels.get(name, {})
+        across, up, columns = maps[0].across, maps[0].up, maps[0].columns
         yield {
-            "title": f"{grid.name}: {grid.law}" if grid.law else grid.name,
-            "across": own.get(grid.across, grid.across),
-            "up": own.get(grid.up, grid.up) or "law",
-            "columns": grid.columns,
-            "rows": list(zip(names, rows, strict=True)),
+            "name": name,
+            "axes": f"Across: {own.get(across, across)}." + (f" Up: {own.get(up, up)}." if up else ""),
+            "columns": columns,
+            "laws": [(each.law, list(_map_rows(each))) for each in maps],
         }
+
+
+def _map_rows(grid: GridMap) -> Iterator[tuple[str, list[tuple[float, str] | None]]]:
+    """Yields the name and the cells of each row of a map, from above."""
+    for row in range(len(grid.rows))[:: -1 if grid.up else 1]:
+        shares = map(float, grid.shares[row])
+        yield grid.rows[row], [None if math.isnan(share) else (share, whole_percent(share)) for share in shares]
 
 
 def _cell(row: Mapping[str, Any]) -> dict[str, Any]:

@@ -51,7 +51,7 @@ def settled_in(campaign: Campaign) -> str:
 def _cells(row: dict[str, Any], starts: int) -> tuple[str, ...]:
     return (
         row["family"],
-        f"{row['converged']}" + ("" if row["starts"] == starts else f" of {row['starts']}"),
+        f"{row['converged']}" + ("" if row["starts"] == starts else f"/{row['starts']}"),
         cell(row["late_position_max"], "m"),
         cell(row["late_heading_max"], "rad"),
         cell(row["settling_median"], "s"),

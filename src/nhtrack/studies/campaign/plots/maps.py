@@ -17,7 +17,7 @@ from nhtrack.plots.style import plain, styled
 from nhtrack.studies.campaign.grids import GridMap, whole_percent
 from nhtrack.studies.campaign.plots.pieces import BLANK, DARK, QUIET, SHADES, criterion, title
 
-_CELL = (0.40, 0.30)  # [in] width and height of a point of the grid
+_CELL = (0.31, 0.25)  # [in] width and height of a point of the grid
 
 
 @styled
