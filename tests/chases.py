@@ -12,6 +12,8 @@ import numpy as np
 from array_laws import Leader, Robots
 from nhtrack import se2
 from nhtrack.experiment.loop import rollout
+from nhtrack.laws import Law
+from nhtrack.laws.evaluate import commands, first_memories
 from nhtrack.network import Network
 from nhtrack.simulation.ideal import IdealSimulation, propagate
 from nhtrack.simulation.state import State
@@ -148,3 +150,27 @@ def late_errors(
     pose = run.variables["pose"][run.time >= 50]
     x, y, theta = np.moveaxis(se2.between(pose[:, :, 1], pose[:, :, 0]), -1, 0)
     return np.abs([x, y, np.hypot(x, y), se2.wrap(theta)]).max(axis=1)
+
+
+def reversal_distances(law: Law, period: float, reversals: int, start: float) -> np.ndarray:
+    """Distances of followers that start in step but for a small distance, after each reversal, shape (reversals, 8).
+
+    The leader's speed is 0.5 cos(2 pi t/period), on a line.
+    """
+    dt, count, rate = 0.01, 8, 2 * PI / period
+    angles = 2 * PI * np.arange(count) / count
+    g_0, xi_0 = np.zeros((count, 3)), np.tile([0.5, 0.0, 0.0], (count, 1))
+    g = np.stack([start * np.cos(angles), start * np.sin(angles), np.zeros(count)], axis=-1)
+    xi, memory, found = xi_0.copy(), None, []
+    each = round(period / 2 / dt)
+    for k in range(reversals * each):
+        u_0 = np.tile([-0.5 * rate * math.sin(rate * (k + 0.5) * dt), 0.0, 0.0], (count, 1))
+        follower, leader = np.concatenate([g, xi], axis=1), np.concatenate([g_0, xi_0, u_0], axis=1)
+        if memory is None:
+            memory = first_memories(law, follower, leader, dt)
+        u, memory = commands(law, follower, leader, memory, dt)
+        g, xi = propagate(g, xi, u, dt)
+        g_0, xi_0 = propagate(g_0, xi_0, u_0[:, ::2], dt)
+        if (k + 1) % each == 0:
+            found.append(np.hypot(*(g - g_0)[:, :2].T))
+    return np.array(found)

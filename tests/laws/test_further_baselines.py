@@ -25,6 +25,7 @@ from chases import (
     random_scene,
     require_exact_derivatives,
     require_falling,
+    reversal_distances,
     velocities,
 )
 from nhtrack import se2
@@ -227,6 +228,13 @@ def test_panteley_leaves_the_lateral_error_where_its_leader_does_not_turn(twist:
 def test_vfo_arrives_from_every_start(twist: tuple[float, ...]) -> None:
     for begin in (None, HARD):
         assert converged(late_errors(VFO, twist, begin=begin)).all()
+
+
+@pytest.mark.parametrize(("period", "factor"), [(2.0, 2.78), (4.0, 1.44), (6.0, 0.57), (8.0, 0.22)])
+def test_vfo_drifts_off_a_leader_that_reverses_often(period: float, factor: float) -> None:
+    """Outside its claim: from reversal to reversal the distance is multiplied by a number, however small it is."""
+    far = reversal_distances(VFO.bound(), period, 4, 1e-5)
+    assert np.median(far[-1] / far[-2]) == pytest.approx(factor, rel=0.02)
 
 
 @pytest.mark.slow
