@@ -169,29 +169,6 @@ def schedule(seen: Seen, rate: float, k_theta: float, k_inner: float, zeta: floa
 
 
 @compiled
-def pursuit(
-    c: float, field_speed: float, smoothing: float, follower: Follower, leader: Leader, seen: Seen
-) -> tuple[float, float, float, float]:
-    """Returns the velocity w that leads to a leader from far away [m/s], and w' [m/s^2], in the world frame.
-
-        w = Vbar - c r/sqrt(1 + (c |r|/field_speed)^2),   Vbar' = (V - Vbar)/smoothing
-
-    r is the follower's place less the leader's: the world does not turn with a leader that spins.
-    """
-    V_x, V_y = world_velocity(leader)
-    r_x, r_y = follower.x - leader.x, follower.y - leader.y
-    r_x_rate = follower.v_x * cos(follower.theta) - V_x
-    r_y_rate = follower.v_x * sin(follower.theta) - V_y
-    pull = (c / field_speed) ** 2
-    q = sqrt(1 + pull * (r_x * r_x + r_y * r_y))
-    q_rate = pull * (r_x * r_x_rate + r_y * r_y_rate) / q
-    c = c / q
-    w_x_rate = (V_x - seen.velocity_x) / smoothing - c * (r_x_rate - r_x * q_rate / q)
-    w_y_rate = (V_y - seen.velocity_y) / smoothing - c * (r_y_rate - r_y * q_rate / q)
-    return seen.velocity_x - c * r_x, seen.velocity_y - c * r_y, w_x_rate, w_y_rate
-
-
-@compiled
 def behind_smoothed(follower: Follower, leader: Leader, seen: Seen, smoothing: float) -> tuple[Follower, Leader, float]:
     """Returns a follower less what it carries, its smoothed leader, and the acceleration of what it carries [m/s^2].
 
