@@ -32,9 +32,10 @@ from typing import Annotated, NamedTuple
 from nhtrack import planar
 from nhtrack.compiled import compiled
 from nhtrack.laws import leader_motion, universal
-from nhtrack.laws.contract import Follower, Gain, Leader, Limits
+from nhtrack.laws.contract import Follower, Gain, Leader, LeaderMotion, Limits
 from nhtrack.laws.gains import DAMPING, InnerGain, PlaceDeadZoneSpeed
 from nhtrack.laws.inner_loop import Velocities, inner_loop
+from nhtrack.laws.leader_bounds import accelerates, starts_from_rest
 from nhtrack.laws.leader_motion import Schedule, Seen, SeenRow
 from nhtrack.laws.limited import field_warnings, return_rate, within
 from nhtrack.laws.relative_motion import unturned, view, view_turns
@@ -45,6 +46,8 @@ WIDENED = 2.0  # a follower ceases to be near at so many times the distance at w
 STEERABLE = 2.0  # the lateral error at which nearness begins asks for at most so many times `turn_rate`
 SWAY = 4.0  # but nearness begins no later than at so many times the leader's own swaying, sqrt(H)
 SHORT = 1.2  # margin on the distance that pursuit keeps from a leader that accelerates
+LONG = 10.0  # [smoothing] how long a leader that accelerates hard is lost
+RESTED, SUDDEN = 2.0, 0.25  # [window], [field_speed] a rest, and a start, after which an exact place is left
 GEAR_SWITCH = cos(0.6 * pi)  # heading off w beyond which the gear is changed; then 0.4 pi are left
 HYSTERESIS = 0.25  # [rad] how far past pi a heading error goes before a whole turn is dropped
 FIELD_TURNS = 1.5  # m of `universal`
@@ -141,9 +144,6 @@ def _schedule(gains: Gains, seen: Seen) -> Schedule:
     return leader_motion.schedule(seen, gains.rate, gains.k_theta, gains.k_inner, gains.zeta, gains.least_speed)
 
 
-# Modes ----------------------------------------------------------------------------------------------------------------
-
-
 @compiled
 def _mode(gains: Gains, follower: Follower, leader: Leader, mode: int, row: SeenRow) -> int:
     """Returns the mode of this period; `mode` is that of the last, or CALM at the start."""
@@ -180,9 +180,6 @@ def _begun(gains: Gains, period: float, follower: Follower, leader: Leader, mode
     return Memory(mode, began.side, began.gear, began.turns, row)
 
 
-# Near -----------------------------------------------------------------------------------------------------------------
-
-
 @compiled
 def _near(
     gains: Gains, limits: Limits, follower: Follower, leader: Leader, memory: Memory
@@ -215,9 +212,6 @@ def _near(
         gains.k_inner,
     )
     return u_x, u_theta, Memory(memory.mode, memory.side, memory.gear, turns, memory.seen)
-
-
-# Far ------------------------------------------------------------------------------------------------------------------
 
 
 @compiled
@@ -256,9 +250,6 @@ def _far(
     return u_x, u_theta, Memory(memory.mode, memory.side, gear, int(turns), memory.seen)
 
 
-# Calm -----------------------------------------------------------------------------------------------------------------
-
-
 @compiled
 def _universal(gains: Gains) -> universal.Gains:
     """Returns the gains of `universal`: k1 and k2 are those of an inner loop around k_turn."""
@@ -279,6 +270,15 @@ def _calm(
         _universal(gains), period, free, rest, smooth, _CalmMemory(memory.side, memory.gear, False, memory.turns)
     )
     return u_x + carried_rate, u_theta, Memory(memory.mode, kept.side, kept.gear, kept.turns, memory.seen)
+
+
+def beyond(gains: Gains, period: float, leader: LeaderMotion) -> tuple[str, ...]:
+    """Returns that the leader accelerates too hard for too long, or starts too suddenly out of rests; as measured."""
+    speed, smoothing = gains.field_speed, gains.smoothing
+    return (
+        *accelerates(period, leader, LONG * smoothing, speed / smoothing, "field_speed/smoothing"),
+        *starts_from_rest(period, leader, gains.least_speed, RESTED * gains.window, smoothing, SUDDEN * speed),
+    )
 
 
 def warnings(gains: Gains, limits: Limits) -> tuple[str, ...]:
