@@ -14,6 +14,7 @@ from nhtrack.experiment.leader_notes import leader_warnings
 from nhtrack.laws import Law, LeaderMotion
 from nhtrack.laws.leader_bounds import over_limits
 
+_RESERVE = 1.05  # a leader at its followers' limit is not reached by most of them; one as much slower is
 _ELSE = "agile"  # the law to be tried where another one has a bound
 
 
@@ -45,7 +46,8 @@ def leader_beyond_law(law: Law, scenario: Scenario, experiment: Experiment) -> t
     leader = _root(experiment)
     over, time = over_limits(law.limits, experiment.dt, leader), scenario.similarity.time_scale
     slower = max((each.slower for each in over), default=1.0)
-    within = f"it is not followed while that lasts; similarity.time {rounded_up(time * slower):g} would fit"
+    fitting = rounded_up(_RESERVE * time * slower)
+    within = f"it is not followed while that lasts; similarity.time {fitting:g} would leave a reserve of 5 %"
     beyond = law.beyond(experiment.dt, leader)
     other = make_law(law_section(_ELSE)(name=_ELSE), experiment.similarity)
     helps = beyond and law.kind is not other.kind and not other.beyond(experiment.dt, leader)

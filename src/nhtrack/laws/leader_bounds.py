@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import ceil, inf, pi, sqrt
+from math import ceil, inf, log2, pi, sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -10,7 +10,7 @@ import numpy as np
 from nhtrack.laws.contract import LeaderMotion, Limits
 
 LEFT = 1e-3  # share of an error that is too much at the end: 10 m become 10 mm
-_ORDER = 4  # of the exponential series in a control period
+_ORDER = 4  # of the series of exponentials
 _ROUNDING = 1e-9  # of a bound
 
 
@@ -176,19 +176,29 @@ def errors_left(
     for i, line in enumerate(columns):
         for j, column in enumerate(line):
             rates[: len(ahead), i, j] = period * column
-    in_blocks = rates.reshape(blocks, rows, 3, 3)
-    passed = np.broadcast_to(np.eye(3), (blocks, 3, 3))
-    for row in range(rows):
-        term = passed
-        for order in range(1, _ORDER + 1):
-            term = in_blocks[:, row] @ term / order
-            passed = passed + term
+    halvings = max(0, ceil(log2(1e-9 + 2 * np.abs(rates).max())))
+    in_blocks = rates.reshape(blocks, rows, 3, 3) / 2**halvings
     whole = np.eye(3)
-    for block in passed:
-        whole = block @ whole
+    with np.errstate(over="ignore", invalid="ignore"):  # errors that grow without bound
+        passed = np.broadcast_to(np.eye(3), (blocks, 3, 3))
+        for row in range(rows):
+            passed = _exponential(in_blocks[:, row], halvings) @ passed
+        for block in passed:
+            whole = block @ whole
     if not np.isfinite(whole).all():
         return inf
     return max(float(np.linalg.norm(whole[:2, :2], 2)), abs(float(whole[2, 2])))
+
+
+def _exponential(rates: np.ndarray, halvings: int) -> np.ndarray:
+    """Returns the exponentials of matrices that have been halved so many times, shape (..., 3, 3)."""
+    term = whole = np.broadcast_to(np.eye(3), rates.shape)
+    for order in range(1, _ORDER + 1):
+        term = rates @ term / order
+        whole = whole + term
+    for _ in range(halvings):
+        whole = whole @ whole
+    return whole
 
 
 def not_brought_down(left: float, period: float, leader: LeaderMotion, reason: str) -> tuple[str, ...]:
