@@ -141,10 +141,10 @@ _CAMPAIGNS = """# Campaign files
 <!-- Written by `{command}`; do not edit. -->
 
 A campaign is a scenario with one follower whose law, reference and start vary: one YAML file, run with
-`nhtrack campaign`, checked like a scenario (`nhtrack validate`, `nhtrack schema --campaign`). References beyond a law or
-the robot are told before it runs ([which](theory.md#which-leaders-can-be-followed)). Its leader begins at the origin and
-heads along x. What came of the bundled ones is told in [convergence.md](convergence.md). Sections that scenarios have as
-well are in [scenario.md](scenario.md).
+`nhtrack campaign`, checked like a scenario (`nhtrack validate`, `nhtrack schema --campaign`). References beyond a law
+or the robot are told before it runs ([which](theory.md#which-leaders-can-be-followed)). Its leader begins at the origin
+and heads along x. What came of the bundled ones is told in [convergence.md](convergence.md). Sections that scenarios
+have as well are in [scenario.md](scenario.md).
 """
 
 _FORMULAS = """## Formulas
