@@ -47,7 +47,8 @@ def leader_beyond_law(law: Law, scenario: Scenario, experiment: Experiment) -> t
     over, time = over_limits(law.limits, experiment.dt, leader), scenario.similarity.time_scale
     slower = max((each.slower for each in over), default=1.0)
     fitting = rounded_up(_RESERVE * time * slower)
-    within = f"it is not followed while that lasts; similarity.time {fitting:g} would leave a reserve of 5 %"
+    reserve = f"{100 * (_RESERVE - 1):.2g} %"
+    within = f"it is not followed while that lasts; similarity.time {fitting:g} would leave a reserve of {reserve}"
     beyond = law.beyond(experiment.dt, leader)
     other = make_law(law_section(_ELSE)(name=_ELSE), experiment.similarity)
     helps = beyond and law.kind is not other.kind and not other.beyond(experiment.dt, leader)

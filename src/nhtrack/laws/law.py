@@ -17,6 +17,7 @@ from nhtrack.laws.faults import contract_faults
 from nhtrack.laws.functions import as_python
 from nhtrack.laws.leader_bounds import turns_too_far
 from nhtrack.laws.own_file import LawError as LawError
+from nhtrack.laws.own_file import place_of
 from nhtrack.laws.slots import slots_of
 
 
@@ -153,8 +154,15 @@ class Law:
         Args:
             period: control period [s].
             leader: how it is to move.
+
+        Raises:
+            LawError: the law's own `beyond` raised an exception, with its line.
         """
-        own = () if self.kind.beyond is None else tuple(self.kind.beyond(self.gains, period, leader))
+        try:
+            own = () if self.kind.beyond is None else tuple(self.kind.beyond(self.gains, period, leader))
+        except Exception as error:
+            place = place_of(error, self.kind.file)
+            raise LawError(f"{place}: `beyond` raised {type(error).__name__}: {error}") from error
         return (*turns_too_far(period, leader), *own)
 
     @property
