@@ -9,11 +9,12 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from nhtrack.laws import LeaderMotion, Limits, law_named
+from nhtrack.laws import LeaderMotion, Limits, agile, law_named
 from nhtrack.laws.contract import dimension
 from nhtrack.laws.leader_bounds import errors_left, over_limits
 
 PERIOD = 0.01
+MOST = agile.Gains().field_speed / agile.Gains().smoothing
 Rate = Callable[[np.ndarray], np.ndarray]
 
 
@@ -55,16 +56,19 @@ BEYOND = {
     "universal reverses": ("universal", motion(swinging(6)), "v_0 changes its sign every 3 s from 3.04 s on, sooner"),
     "universal chirp": ("universal", motion(lambda t: np.sin(0.02 * t * t)), "v_0 changes its sign"),
     "universal spin": ("universal", motion(0.0, 3.0), "3 rad/s at most, is from 0 s to 80 s above 2 rad/s = k1/k2"),
-    "agile for ever": ("agile", motion(lambda t: 3.5 * t), "3.5 m/s^2, is not below 2.83 m/s^2 = field_speed"),
-    "agile bursts": ("agile", motion(pulses(1.0, 0.5, 9.0)), "from rest to 0.425 m/s within 0.6 s, 8 times, at 9.05"),
+    "agile for ever": ("agile", motion(lambda t: 1.1 * MOST * t), "= field_speed/smoothing"),
+    "agile bursts": ("agile", motion(pulses(1.0, 0.5, 9.0)), "m/s within 0.6 s, 8 times, at 9.05"),
     "samson rest": ("samson", motion(0.0), "multiply small errors by 1, "),
     "samson slow decay": ("samson", motion(slowing, slowing), "multiply small errors by 0.02"),
     "kanayama spin": ("kanayama", motion(0.0, 1.0), "multiply small errors by 1, "),
     "kanayama reverse": ("kanayama", motion(-0.2), "multiply small errors by"),
     "jiang_nijmeijer rest": ("jiang_nijmeijer", motion(0.0), "multiply small errors by 1, "),
     "look_ahead to and fro": ("look_ahead", motion(swinging(20)), "multiply small errors by 1, "),
-    "feedback_linearisation stops": ("feedback_linearisation", motion(until(30, 1.0)), "v_min = 0.1 m/s at 30 s"),
-    "feedback_linearisation rest": ("feedback_linearisation", motion(0.0), "v_min = 0.1 m/s at 0 s"),
+    "feedback_linearisation stops": ("feedback_linearisation", motion(until(30, 1.0)), "at 30 s is not above 0.1"),
+    "feedback_linearisation rest": ("feedback_linearisation", motion(0.0), "at 0 s is not above 0.1 m/s = v_min"),
+    "panteley line": ("panteley", motion(driving_off), "multiply small errors by 1, "),
+    "vfo reverses": ("vfo", motion(swinging(10)), "v_0 changes its sign every 5 s from 5."),
+    "polar_backstepping line": ("polar_backstepping", motion(driving_off), "the leader moves at 0.01 s"),
     "any, half turns": ("samson", motion(0.0, 320.0), "omega_0 = 320 rad/s at 0 s is half a turn or more"),
 }  # fmt: skip
 WITHIN = {
@@ -72,7 +76,7 @@ WITHIN = {
     "universal noise at rest": ("universal", motion(lambda t: 0.01 * np.sin(20 * t))),
     "universal spin": ("universal", motion(0.0, 2.0)),
     "universal short spin": ("universal", motion(0.0, until(1.5, 6.0))),
-    "agile for ever": ("agile", motion(lambda t: 2.8 * t)),
+    "agile for ever": ("agile", motion(lambda t: 0.98 * MOST * t)),
     "agile fast circle": ("agile", motion(6.0, 12.0)),
     "agile gentle starts": ("agile", motion(pulses(1.0, 2.0, 20.0))),
     "agile one start": ("agile", motion(pulses(1.0, 0.5, 100.0))),
@@ -83,6 +87,9 @@ WITHIN = {
     "jiang_nijmeijer spin": ("jiang_nijmeijer", motion(0.0, 1.0)),
     "look_ahead line": ("look_ahead", motion(driving_off)),
     "feedback_linearisation line": ("feedback_linearisation", motion(driving_off)),
+    "panteley circle": ("panteley", motion(0.5, 0.5)),
+    "vfo reverses": ("vfo", motion(swinging(12))),
+    "polar_backstepping rest": ("polar_backstepping", motion(0.0)),
     "any, less than half turns": ("samson", motion(0.0, 310.0)),
 }  # fmt: skip
 

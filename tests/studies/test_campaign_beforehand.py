@@ -22,6 +22,8 @@ WRONG: dict[str, tuple[set[str], set[str]]] = {
     "samson": (set(), set()),
     "kanayama": (set(), set()),
     "jiang_nijmeijer": ({"reverse-6s"}, set()),
+    "panteley": (set(), set()),
+    "vfo": (set(), set()),
     "limited": ({"reverse-300ms"}, set()),
 }
 

@@ -26,12 +26,11 @@ from __future__ import annotations
 from math import sqrt
 from typing import Annotated, NamedTuple
 
-import numpy as np
-
 from nhtrack.compiled import compiled
 from nhtrack.laws.contract import Follower, Gain, Leader, LeaderMotion, Limits
 from nhtrack.laws.gains import DAMPING, STIFFNESS, InnerGain, PlaceDeadZoneSpeed
 from nhtrack.laws.inner_loop import Velocities, inner_loop
+from nhtrack.laws.leader_bounds import is_slow
 from nhtrack.laws.relative_motion import leader_derivatives, turned, view
 
 
@@ -79,13 +78,7 @@ def _velocities(v_min: float, v: float, v_r: float, w_x: float, w_y: float, w_y_
 
 def beyond(gains: Gains, period: float, leader: LeaderMotion) -> tuple[str, ...]:
     """Returns that a leader is slow where the law is singular; one that only drives off may be."""
-    slow = np.abs(leader.v_x) <= gains.v_min
-    off = len(slow) if slow.all() else int(slow.argmin())
-    again = slow[off:] if off < len(slow) else slow
-    if not again.any():
-        return ()
-    when = period * (off % len(slow) + int(again.argmax()))
-    return (f"|v_0| is not above v_min = {gains.v_min:.3g} m/s at {when:.3g} s: there the heading is not steered",)
+    return is_slow(period, leader, gains.v_min, "v_min: there the heading is not steered")
 
 
 def warnings(gains: Gains, limits: Limits) -> tuple[str, ...]:

@@ -65,6 +65,24 @@ def turns_too_far(period: float, leader: LeaderMotion) -> tuple[str, ...]:
     )
 
 
+def moves(period: float, leader: LeaderMotion) -> tuple[str, ...]:
+    """Returns that a leader does not rest."""
+    moving = (leader.v_x != 0) | (leader.v_y != 0) | (leader.omega != 0)
+    if not moving.any():
+        return ()
+    return (f"the leader moves at {period * int(moving.argmax()):.3g} s: the law is for one at rest",)
+
+
+def is_slow(period: float, leader: LeaderMotion, least: float, bound: str) -> tuple[str, ...]:
+    """Returns that |v_0| is not above a bound [m/s], other than before the leader drives off."""
+    slow = np.abs(leader.v_x) <= least
+    off = 0 if slow.all() else int(slow.argmin())
+    if not slow[off:].any():
+        return ()
+    when = period * (off + int(slow[off:].argmax()))
+    return (f"|v_0| at {when:.3g} s is not above {least:.3g} m/s = {bound}",)
+
+
 def reverses(period: float, leader: LeaderMotion, slow: float, sooner: float, bound: str) -> tuple[str, ...]:
     """Returns that v_0 changes its sign three times or more, each time sooner than some seconds after the last.
 

@@ -16,6 +16,7 @@ from typing import Annotated, NamedTuple
 
 from nhtrack.laws.contract import Follower, Gain, Leader, LeaderMotion, Limits
 from nhtrack.laws.gains import DAMPING, STEERING, STIFFNESS, DeadZoneLength, DeadZoneSpeed, Hysteresis
+from nhtrack.laws.leader_bounds import moves
 from nhtrack.laws.published import gain_warnings
 from nhtrack.laws.relative_motion import relative_motion, relative_turns, side_angle
 
@@ -60,10 +61,7 @@ def command(
 
 def beyond(gains: Gains, period: float, leader: LeaderMotion) -> tuple[str, ...]:
     """Returns that the leader moves."""
-    moving = (leader.v_x != 0) | (leader.omega != 0)
-    if not moving.any():
-        return ()
-    return (f"the leader moves at {period * int(moving.argmax()):.3g} s: the law is for one at rest",)
+    return moves(period, leader)
 
 
 def warnings(gains: Gains, limits: Limits) -> tuple[str, ...]:
