@@ -140,7 +140,7 @@ def test_a_file_that_is_no_law_says_where(tmp_path: Path, text: str, expected: l
          "mine.py:10: `command` returned Memory.last = 1.0; expected 2 finite numbers"),
         (GAINS + command() + "def warnings(gains, limits):\n    return 'no'\n",
          "mine.py:8: `warnings` returned 'no'; expected a tuple of texts"),
-        (GAINS + command() + "def beyond(gains, period, leader):\n    return (leader.v_x.max(),)\n",
+        (GAINS + command() + "def beyond(gains, period, leader):\n    return (float(leader.v_x.max()),)\n",
          "mine.py:8: `beyond` returned (0.2,); expected a tuple of texts"),
     ],
 )  # fmt: skip
