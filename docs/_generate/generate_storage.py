@@ -105,7 +105,7 @@ def draw() -> Figure:
 
 
 def main() -> None:
-    """Writes the figure."""
+    """Draws the figure."""
     draw().savefig(FIGURE, dpi=150)
 
 

@@ -110,6 +110,38 @@ def test_scenarios_and_campaigns_are_valid_by_name_and_by_file() -> None:
     assert invoke("validate", *told).stdout.splitlines() == [f"{name}: ok ({said})" for name, said in told.items()]
 
 
+QUICK = "leader={start: {pose: [0, 0, 0]}, input: {u_x: 2*cos(4*t), u_theta: 0}}"
+
+
+def test_validate_warns_and_is_strict_if_asked(tmp_path: Path) -> None:
+    text = assets.find_scenario("tour/universal").read_text().replace("limits: {utilisation: 0.5}", "k2: 7")
+    (tmp_path / "mine.yaml").write_text(text)
+    warned = invoke("validate", "mine.yaml", "tour/hello")
+    assert warned.exit_code == 0
+    assert [line.split(":")[0] for line in warned.stdout.splitlines()] == ["mine.yaml", "tour/hello"]
+    assert warned.stderr == "mine.yaml: warning: k2 = 5.83333 is below 2 sqrt(k1) = 6.66667: the heading overshoots\n"
+    assert invoke("validate", "--strict", "mine.yaml", "tour/hello").exit_code == 2
+    assert invoke("validate", "--strict", "tour/hello").exit_code == 0
+
+
+def test_validate_tells_that_ground_and_motors_leave_no_limits(tmp_path: Path) -> None:
+    text = assets.find_scenario("tour/universal").read_text() + "physics: {friction: 0}\n"
+    (tmp_path / "mine.yaml").write_text(text)
+    result = invoke("validate", "mine.yaml")
+    assert result.exit_code == 2
+    assert result.stderr.startswith("mine.yaml: infeasible: ")
+
+
+def test_a_run_warns_of_its_leader_before_it_starts_and_does_not_repeat_it() -> None:
+    changes = ("--set", QUICK, "--set", "duration=6", "--backend", "ideal", "--no-video", "--no-figures", "--no-report")
+    result = invoke("run", "tour/universal", *changes)
+    assert result.exit_code == 0
+    (told,) = [line for line in result.stderr.splitlines() if "v_0 changes its sign" in line]
+    assert told.startswith("warning: leader: ")
+    assert "v_0 changes its sign" not in result.stdout
+    assert "v_0 changes its sign" in Path("runs/universal-1/summary.json").read_text()
+
+
 def test_schema_prints_and_writes_the_same(tmp_path: Path) -> None:
     printed = json.loads(invoke("schema").stdout)
     assert printed["title"] == "Scenario"

@@ -21,6 +21,7 @@ from nhtrack.experiment.build import build
 from nhtrack.experiment.load import load_campaign, load_text
 from nhtrack.report.page import render_page
 from nhtrack.studies.campaign import run as campaigns
+from nhtrack.studies.campaign.beforehand import campaign_beforehand
 from nhtrack.studies.campaign.cell import Cell
 from nhtrack.studies.campaign.draw import draw_walks
 from nhtrack.studies.campaign.grids import by_reference, grid_labels, grid_maps, whole_percent
@@ -158,6 +159,16 @@ def test_the_points_of_a_grid_are_one_reference_in_sum(done: Path) -> None:
         assert row["backend"] == "ideal"
     plain = runs.drop(columns=["grid", "grid.f", "grid.A", "grid.omega"])
     assert by_reference(plain, plain)[0] is plain
+
+
+def test_points_beyond_a_law_are_told_once(tmp_path: Path) -> None:
+    grid = "{name: g, grid: {w: [1, 3, 4, 5]}, twist: [0.5, w], u_x: 0, u_theta: 0}"
+    alone = "{name: own, twist: [0.5, 4], u_x: 0, u_theta: 0}"
+    campaign = case(tmp_path, f"families=[{grid}, {alone}]", "laws={universal: {name: universal}}")
+    told = [line for line in campaign_beforehand(campaign) if " under universal: " in line]
+    assert [line.split(" under ")[0] for line in told] == ["g w=3", "own"]
+    assert told[0].endswith("; likewise at 2 other points of its grid")
+    assert "likewise" not in told[1]
 
 
 # -- maps -------------------------------------------------------------------------------------------
