@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -34,8 +35,23 @@ def validate_command(
             typer.echo(str(error), err=True)
         else:
             typer.echo(f"{source}: ok ({_account(loaded)})")
+            for said in _warnings(loaded):
+                typer.echo(f"warning: {said}")
     if faulty:
         raise typer.Exit(EXIT_SCENARIO)
+
+
+def _warnings(loaded: Scenario | Campaign) -> Iterator[str]:
+    """Yields what is allowed, and seldom meant."""
+    from nhtrack.config.campaign import Campaign
+    from nhtrack.config.link import delay_warnings
+
+    if isinstance(loaded, Campaign):
+        laws = {f"laws.{label}": law for label, law in loaded.laws.items()}
+    else:
+        laws = {"law": loaded.law}
+    for at, law in laws.items():
+        yield from delay_warnings(loaded.delay, law, at)
 
 
 def _account(loaded: Scenario | Campaign) -> str:

@@ -16,6 +16,7 @@ from nhtrack.analysis.demand import predictions
 from nhtrack.analysis.events import find_events, sentences
 from nhtrack.analysis.metrics import summary
 from nhtrack.config.changes import ScenarioChanges, overrides_of
+from nhtrack.config.link import delay_warnings
 from nhtrack.config.scenario import Scenario
 from nhtrack.errors import SimulationDiverged
 from nhtrack.experiment.build import Experiment, build, robot_of
@@ -196,7 +197,7 @@ def run_scenario(
 
 def run_warnings(scenario: Scenario, experiment: Experiment, twin: Rollout, drive: DiffDrive) -> tuple[str, ...]:
     """Returns what the gains and the ideal run say will go wrong on wheels, in sentences."""
-    found = (*experiment.law.warnings(), *leader_warnings(scenario))
+    found = (*experiment.law.warnings(), *delay_warnings(scenario.delay, scenario.law), *leader_warnings(scenario))
     interpreted = entry_of(experiment.law.kind).interpreted
     if interpreted is not None:
         found = (*found, f"law {scenario.law.name!r} {runs_as_python(interpreted)}")
