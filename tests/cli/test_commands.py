@@ -110,6 +110,18 @@ def test_scenarios_and_campaigns_are_valid_by_name_and_by_file() -> None:
     assert invoke("validate", *told).stdout.splitlines() == [f"{name}: ok ({said})" for name, said in told.items()]
 
 
+def test_a_law_that_is_asked_for_another_instant_than_its_commands_arrive_at_is_told(tmp_path: Path) -> None:
+    hello = assets.find_scenario("tour/hello").read_text()
+    (tmp_path / "late.yaml").write_text(f"{hello}delay: 3\n")
+    (tmp_path / "right.yaml").write_text(f"{hello}delay: 3\n".replace("k: 6.0}", "k: 6.0, delay_periods: 3}"))
+    laws = "laws: {one: {name: agile, delay_periods: 3}, two: {name: agile, delay_periods: 2}}"
+    (tmp_path / "several.yaml").write_text(f"name: several\ndelay: 3\n{laws}\n")
+    said = invoke("validate", "late.yaml", "right.yaml", "several.yaml").stdout.splitlines()
+    assert [line.partition(":")[0] for line in said] == ["late.yaml", "warning", "right.yaml", "several.yaml", "warning"]
+    assert said[1].startswith("warning: law.delay_periods is 0 and `delay` is 3: ")
+    assert said[4].startswith("warning: laws.two.delay_periods is 2 and `delay` is 3: ")
+
+
 def test_schema_prints_and_writes_the_same(tmp_path: Path) -> None:
     printed = json.loads(invoke("schema").stdout)
     assert printed["title"] == "Scenario"

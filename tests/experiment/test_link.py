@@ -8,13 +8,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy import stats
+from scipy.integrate import solve_ivp
 
 import tolerances as tol
 from drives import DRIVE
+from nhtrack.compiled import compiled_loop
 from nhtrack.config.law_sections import law_names, law_section
 from nhtrack.experiment.build import make_law
-from nhtrack.experiment.followers import Tracking
-from nhtrack.experiment.link import Link
+from nhtrack.experiment.link import Link, drive_on
 from nhtrack.experiment.load import load, load_campaign
 from nhtrack.experiment.loop import FullRecorder, rollout, run_loop
 from nhtrack.laws import Law, law_in
@@ -73,14 +74,10 @@ def test_double_integrator_with_delay_by_hand() -> None:
 
 
 @pytest.mark.parametrize("delay", [1, 3])
-@pytest.mark.parametrize("ahead", [0, 2, 5])
-def test_child_sees_what_its_parent_does_now(delay: int, ahead: int) -> None:
-    """Each commands one more than its parent: late by the delay of every robot on the way, the root's own on time.
-
-    How far ahead laws are asked does not matter to one that looks at accelerations only.
-    """
-    root, law = inputs(12), ECHO(delay_periods=ahead)
-    acts = ideal(TREE, law, root, start(5), Link(delay))["input"][:-1]
+def test_child_sees_what_its_parent_does_now(delay: int) -> None:
+    """Each commands one more than its parent: late by the delay of every robot on the way, the root's own on time."""
+    root = inputs(12)
+    acts = ideal(TREE, ECHO(), root, start(5), Link(delay))["input"][:-1]
     np.testing.assert_array_equal(acts[:, 0], root)
     late = [np.vstack([np.zeros((k, 2)), root])[: len(root)] for k in (delay, 2 * delay)]
     first, second = np.arange(12)[:, None] >= delay, np.arange(12)[:, None] >= 2 * delay
@@ -213,20 +210,35 @@ def test_law_asked_ahead_by_the_delay_is_the_law_without_delay_a_delay_later(
 
 
 def test_what_is_tracked_is_moved_to_where_it_will_be() -> None:
-    """A robot on a circle, driven ever slower, and a virtual leader between two such, which moves sideways as well."""
-    radius, rate, slower, ahead = 2.0, 0.5, -0.1, 3
-    network = Network.from_parents({"leader": (), "a": ("leader",), "b": ("leader", "a")}, {"b": (0.3,)})
-    angles, root = np.array([0.0, 1.1, 0.4]), np.tile((radius * slower, slower), (20, 1))
-    g = np.column_stack([radius * np.cos(angles), radius * np.sin(angles), angles + np.pi / 2])
-    begin = State(0.0, g, np.tile((radius * rate, 0.0, rate), (3, 1)))
-    tracking, law = Tracking(virtual_leader="exact"), ECHO(more=0.0, delay_periods=ahead)
-    seen = watch(network, root, begin, DT, tracking, law=law)
-    done = rollout(IdealSimulation(network.names, DRIVE, DT), law, network, root, begin, tracking).variables
-    true = np.concatenate([done["leader_pose"], done["leader_twist"]], axis=-1)[ahead:, 1:]
-    found = np.stack([seen[name][:-ahead, 1:] for name in ("x", "y", "theta", "v_x", "v_y", "omega")], axis=-1)
+    """Behind accelerations that are linear in time, from the second period on: they have to be seen to change."""
+    ahead, periods = 3, np.arange(20.0)
+    root = np.column_stack([0.2 + 0.1 * periods, -0.3 + 0.05 * periods])
+    law = ECHO(more=0.0, delay_periods=ahead)
+    begin = start(2)
+    seen, done = watch(PAIR, root, begin, DT, law=law), ideal(PAIR, law, root, begin)
+    true = np.concatenate([done["leader_pose"], done["leader_twist"]], axis=-1)[1 + ahead:, 1]
+    found = np.stack([seen[name][1:-ahead, 1] for name in ("x", "y", "theta", "v_x", "v_y", "omega")], axis=-1)
     np.testing.assert_allclose(found, true, rtol=tol.HAND, atol=tol.HAND)
-    assert np.abs(true[..., 4]).max(axis=0) == pytest.approx([0.0, 0.0835], abs=1e-3)
-    assert np.abs(seen["u_y"][:, 2]).min() > 0.01
+    np.testing.assert_allclose(done["input"][1:-1 - ahead, 1], root[1 + ahead:], atol=tol.HAND)
+
+
+@compiled_loop
+def driven_on(leader: np.ndarray, dt: float) -> None:
+    drive_on(leader, dt)
+
+
+@pytest.mark.parametrize("turning", [0.3, -4.0])
+def test_virtual_leader_drives_on_sideways_too(turning: float) -> None:
+    """Against scipy's DOP853 of x' = R(theta) v, v' = u; all of u held."""
+
+    def rate(_: float, y: np.ndarray) -> np.ndarray:
+        c, s = np.cos(y[2]), np.sin(y[2])
+        return np.array([c * y[3] - s * y[4], s * y[3] + c * y[4], y[5], *y[6:], 0, 0, 0])
+
+    leader = np.array([1.0, -2.0, 0.7, 0.9, -0.4, turning, 0.6, 1.1, -0.8])
+    expected = solve_ivp(rate, (0, 0.5), leader, method="DOP853", rtol=1e-13, atol=1e-13).y[:, -1]
+    driven_on(leader, 0.5)
+    np.testing.assert_allclose(leader, expected, rtol=tol.LOGM)
 
 
 @pytest.mark.parametrize("family", ["reverse-1s", "chirp"])

@@ -55,8 +55,8 @@ class LawSection(Section):
         default=0,
         ge=0,
         le=50,
-        description="control periods by which the law is asked ahead, where commands arrive so late (`delay`): its "
-        "follower is predicted by the commands under way, what it tracks by its accelerations, held [1]",
+        description="control periods by which the law is asked ahead, to make up for `delay`: its follower moved on by "
+        "the commands under way, what it tracks by its accelerations and their last change [1]",
     )
 
     def gains(self, similarity: Similarity) -> dict[str, Any]:

@@ -251,11 +251,12 @@ def _see(
         memories.rate[b, robot] = rate
     for c, value in enumerate(leader):
         scratch.leader[c] = value
-        memories.tracked[b, robot, c] = value
     see_own(
-        followers.channel, memories.commands[b, robot], b, robot, period, g[robot], xi[robot], scratch.follower,
-        scratch.leader,
+        followers.channel, memories.commands[b, robot], b, robot, period, g[robot], xi[robot],
+        memories.tracked[b, robot], scratch.follower, scratch.leader,
     )  # fmt: skip
+    for c, value in enumerate(leader):
+        memories.tracked[b, robot, c] = value
 
 
 @compiled_inside

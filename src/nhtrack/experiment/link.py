@@ -2,8 +2,10 @@
 
 What a law commands in a period acts `delay` periods later; before that a follower keeps its velocities. A law that is
 asked `ahead` periods ahead sees its follower as the commands under way will have moved it by then, on the ideal model,
-and what it tracks as its accelerations of this period would, held. Where both are equal, and leaders' accelerations
-are constant, that is where they will be.
+and what it tracks as accelerations would that go on changing as they did since the last period. Where `ahead` is
+`delay`, and the leader's accelerations are linear in time, that is where they will be. Where these jump by D, they are
+taken to be `ahead` D too large for one period, which makes good in velocity what the delay has lost. Held accelerations
+would be late by the delay instead, which is most of the error behind a leader that reverses every second.
 """
 
 from __future__ import annotations
@@ -71,7 +73,7 @@ def make_commands(channel: Channel, simulations: int, robots: int) -> np.ndarray
 @compiled_inside
 def see_own(
     channel: Channel, commands: np.ndarray, b: int, robot: int, period: int, g: np.ndarray, xi: np.ndarray,
-    follower: np.ndarray, leader: np.ndarray,
+    before: np.ndarray, follower: np.ndarray, leader: np.ndarray,
 ) -> None:  # fmt: skip
     """Writes the follower as its law sees it, and moves both it and what it tracks ahead.
 
@@ -83,6 +85,7 @@ def see_own(
         period: since the start.
         g: pose of the robot, shape (3,).
         xi: its twist, shape (3,).
+        before: what it tracked in the period before, as `nhtrack.laws.contract.Leader`.
         follower: written, as `nhtrack.laws.contract.Follower`.
         leader: as `nhtrack.laws.contract.Leader`; changed.
     """
@@ -91,9 +94,16 @@ def see_own(
         follower[3 + c] = xi[c]
     if channel.noisy:
         _disturb(channel, b, robot, period, follower)
-    for k in range(period - channel.ahead, period):
-        advance(follower[:3], follower[3:], commands[k % commands.shape[0]], channel.dt)
-        _hold(leader, channel.dt)
+    if channel.ahead > 0:
+        x, y, theta = 0.0, 0.0, 0.0
+        if period > 0:
+            x, y, theta = leader[6] - before[6], leader[7] - before[7], leader[8] - before[8]
+        for k in range(period - channel.ahead, period):
+            advance(follower[:3], follower[3:], commands[k % commands.shape[0]], channel.dt)
+            drive_on(leader, channel.dt)
+            leader[6] += x
+            leader[7] += y
+            leader[8] += theta
 
 
 @compiled_inside
@@ -123,8 +133,13 @@ def _disturb(channel: Channel, b: int, robot: int, period: int, follower: np.nda
 
 
 @compiled_inside
-def _hold(leader: np.ndarray, dt: float) -> None:
-    """Moves what is tracked through a period at constant accelerations; one that is folded moves sideways, too."""
+def drive_on(leader: np.ndarray, dt: float) -> None:
+    """Moves what is tracked through a period at its accelerations; what is folded of several moves sideways, too.
+
+    Args:
+        leader: as `nhtrack.laws.contract.Leader`, shape (9,); its pose and velocities change.
+        dt: control period [s].
+    """
     heading, v_y, omega, u_y = leader[2], leader[4], leader[5], leader[7]
     advance(leader[:3], leader[3:6], leader[6::2], dt)
     if v_y != 0.0 or u_y != 0.0:
