@@ -117,7 +117,8 @@ def test_a_law_that_is_asked_for_another_instant_than_its_commands_arrive_at_is_
     laws = "laws: {one: {name: agile, delay_periods: 3}, two: {name: agile, delay_periods: 2}}"
     (tmp_path / "several.yaml").write_text(f"name: several\ndelay: 3\n{laws}\n")
     said = invoke("validate", "late.yaml", "right.yaml", "several.yaml").stdout.splitlines()
-    assert [line.partition(":")[0] for line in said] == ["late.yaml", "warning", "right.yaml", "several.yaml", "warning"]
+    begin = ["late.yaml", "warning", "right.yaml", "several.yaml", "warning"]
+    assert [line.partition(":")[0] for line in said] == begin
     assert said[1].startswith("warning: law.delay_periods is 0 and `delay` is 3: ")
     assert said[4].startswith("warning: laws.two.delay_periods is 2 and `delay` is 3: ")
 
