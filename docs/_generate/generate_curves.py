@@ -53,11 +53,11 @@ class Panel(NamedTuple):
 PANELS = (
     Panel("control rate", "control rate [Hz]", RATES, tuple({"control_rate": float(rate)} for rate in RATES)),
     Panel(
-        "delay", "delay [control periods of 10 ms]", DELAYS, tuple({"delay": delay} for delay in DELAYS),
+        "delay", "delay [periods of 10 ms]", DELAYS, tuple({"delay": delay} for delay in DELAYS),
         ("agile", f"agile{AHEAD}", *LAWS[1:]),
     ),
     Panel(
-        "noise", "noise: position [mm], twice as many mrad", NOISES,
+        "noise", "noise [mm, 2 mrad]", NOISES,
         tuple({"noise": Noise(position=1e-3 * size, heading=2e-3 * size)} for size in NOISES),
     ),
 )  # fmt: skip
