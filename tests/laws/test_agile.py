@@ -67,7 +67,7 @@ def seen_of(leader: Leader) -> tuple[float, ...]:
 def commanded(mode: int, pair: Pair, seen: tuple[float, ...]) -> tuple[np.ndarray, np.ndarray]:
     """(v_c, omega_c) and their derivatives, read off accelerations, which are affine in k_inner."""
     follower, leader = pair
-    memory = agile.Memory(mode, 1, 1, 0, seen)
+    memory = agile.Memory(mode, 1, 1, 0, 0.0, seen)
     part = agile._near if mode == agile.NEAR else agile._far
     without, with_gain = (
         np.array(part(GAINS._replace(k_inner=k), FREE, follower, leader, memory)[:2]) for k in (1e3, 1e3 + 1)
@@ -90,8 +90,12 @@ def test_derivatives_near_the_leader_are_those_along_the_motion(part: int) -> No
         assert commanded(agile.NEAR, pair, seen)[1][part] == pytest.approx(expected, abs=100 * DIFFERENCE)
 
 
+def bent(rate: float, largest: float) -> float:
+    return rate / math.sqrt(1 + (rate / largest) ** 2)
+
+
 def test_storage_near_the_leader_does_not_grow() -> None:
-    """V = int s/q(s) ds + theta^2/(2 b): with velocities as commanded, V' = -k_x x^2/q - k_theta theta^2/b."""
+    """V = int s/q(s) ds + theta^2/(2 b): with velocities as commanded, V' = -x f(x)/q - theta g(theta)/b."""
     for follower, leader in pairs(200, 1.0, seed=1):
         seen = seen_of(leader)
         (v, omega), _ = commanded(agile.NEAR, (follower, leader), seen)
@@ -102,7 +106,9 @@ def test_storage_near_the_leader_does_not_grow() -> None:
             continue  # `turns` counts from zero here
         q = math.sqrt(1 + (held.b / GAINS.turn_rate) ** 2 * seen[0] * (e.x**2 + e.y**2))
         rate = (e.x * e.x_rate + e.y * e.y_rate) / q + theta * e.theta_rate / held.b
-        expected = -held.k_x * e.x**2 / q - GAINS.k_theta * theta**2 / held.b
+        f = bent(held.k_x * e.x, 0.5 * GAINS.field_speed)
+        g = bent(GAINS.k_theta * theta, 2 * GAINS.turn_rate)
+        expected = -e.x * f / q - theta * g / held.b
         assert rate == pytest.approx(expected, rel=1e-6, abs=1e-6)
 
 

@@ -4,7 +4,7 @@ It keeps a memory of how its leader has moved (`nhtrack.laws.leader_motion`) and
 peaks of v_0^2 and omega_0^2, L^2 and H means of psi^2 and its peaks, z_e and z_m means of e^(2i theta_0) and
 psi^2 e^(2i theta_0),
 
-    b   = min(k_inner^2/(E_v + least_speed^2), rate/(k_theta H))
+    b   = min(4 k_inner^2/(E_v + least_speed^2), rate/(k_theta H))
     k_x = 2 zeta clip(sqrt(E_w + (b k_theta L^2)^2), rate/4, 4 rate)
     lambda = (k_x + b k_theta L^2 - |k_x z_e - b k_theta z_m|)/2,
 
@@ -15,9 +15,11 @@ lambda < 0.2 rate. Three modes:
     far    w = Vbar - c r/sqrt(1 + (c |r|/field_speed)^2) in the world,  v_c = <w, e>,  omega_c = angle(s w)' - h(error)
     calm   `universal` behind the smoothed leader; the rest of the leader's velocity is carried along the heading
 
-f, g and h have the gains k_x, k_theta and k_turn (and brake within limits), q^2 = 1 + b^2 E_v |r|^2/turn_rate^2; all
-commanded velocities are lifted to accelerations by the inner loop. A lively leader is pursued until it is near, and a
-calm one until the follower is within `dock_radius`; twice as far, nearness ends.
+f, g and h have the gains k_x, k_theta and k_turn and brake within limits; |f| < field_speed/2, |g| < 2 turn_rate; q^2 =
+1 + b^2 E_v |r|^2/turn_rate^2. All commanded velocities are lifted to accelerations by the inner loop. Near, whole turns
+are taken off theta + theta'/k_inner, what theta will be once velocities have caught up: it decays whatever they are at
+first. A lively leader is pursued until it is near, and a calm one until the follower is within `dock_radius`; twice as
+far, nearness ends.
 
 Sources: near is Samson's law (`nhtrack.laws.samson`) saturated and with gains that do not vanish with the leader's
 velocities; far is pursuit along a vector field. Assumes: states measured without error, the leader's acceleration
@@ -26,18 +28,18 @@ known. What is proved, what is only measured, and for which leaders: docs/theory
 
 from __future__ import annotations
 
-from math import atan2, cos, hypot, inf, pi, sin, sqrt
+from math import cos, hypot, inf, pi, sin, sqrt
 from typing import Annotated, NamedTuple
 
 from nhtrack import planar
 from nhtrack.compiled import compiled
-from nhtrack.laws import leader_motion, universal
+from nhtrack.laws import leader_motion, pursuit, universal
 from nhtrack.laws.contract import Follower, Gain, Leader, Limits
 from nhtrack.laws.gains import DAMPING, InnerGain, PlaceDeadZoneSpeed
 from nhtrack.laws.inner_loop import Velocities, inner_loop
 from nhtrack.laws.leader_motion import Schedule, Seen, SeenRow
-from nhtrack.laws.limited import field_warnings, return_rate, within
-from nhtrack.laws.relative_motion import unturned, view, view_turns
+from nhtrack.laws.limited import bounded, field_warnings, return_rate, within
+from nhtrack.laws.relative_motion import View, view
 
 CALM, FAR, NEAR = 0, 1, 2
 LIVELY, NO_LONGER_LIVELY = 0.4, 0.2  # predicted rates at which a leader begins and ceases to be lively [rate]
@@ -45,8 +47,8 @@ WIDENED = 2.0  # a follower ceases to be near at so many times the distance at w
 STEERABLE = 2.0  # the lateral error at which nearness begins asks for at most so many times `turn_rate`
 SWAY = 4.0  # but nearness begins no later than at so many times the leader's own swaying, sqrt(H)
 SHORT = 1.2  # margin on the distance that pursuit keeps from a leader that accelerates
-GEAR_SWITCH = cos(0.6 * pi)  # heading off w beyond which the gear is changed; then 0.4 pi are left
-HYSTERESIS = 0.25  # [rad] how far past pi a heading error goes before a whole turn is dropped
+RETURN_SPEED = 0.5  # largest f [field_speed]
+RETURN_TURN = 2.0  # largest g [turn_rate]
 FIELD_TURNS = 1.5  # m of `universal`
 
 _Calm, _CalmMemory = universal.Gains, universal.Memory
@@ -63,7 +65,7 @@ class Gains(NamedTuple):
     zeta: Annotated[float, Gain("1", "damping ratio near the leader", above=0.0)] = 0.7
     c: Annotated[float, Gain("1/T", "rate of the approach from afar", search=(2.0, 100.0), above=0.0)] = 0.7
     # Lengths, speeds and times of this law are the scenario's own and are not searched.
-    field_speed: Annotated[float, Gain("L/T", "largest speed that distance adds far from the leader", above=0.0)] = 2.0
+    field_speed: Annotated[float, Gain("L/T", "largest speed that distance adds far from the leader", above=0.0)] = 1.7
     turn_rate: Annotated[
         float,
         Gain(
@@ -96,7 +98,8 @@ class Memory(NamedTuple):
         mode: 0 calm, 1 far, 2 near.
         side: of `universal`, while calm.
         gear: 1 where it drives forward along the field, -1 in reverse; while calm or far.
-        turns: winding number of the mode's heading error.
+        turns: whole turns taken off the heading error; near and calm.
+        off: heading error less whole turns [rad]; far.
         seen: see `nhtrack.laws.leader_motion.Seen`.
     """
 
@@ -104,6 +107,7 @@ class Memory(NamedTuple):
     side: int
     gear: int
     turns: int
+    off: float
     seen: SeenRow
 
 
@@ -121,7 +125,7 @@ def command(
     seen = leader_motion.seen_after(memory.seen, leader, period, gains.k_theta, gains.window, gains.smoothing)
     mode = _mode(gains, follower, leader, memory.mode, seen)
     if mode == memory.mode:
-        memory = Memory(mode, memory.side, memory.gear, memory.turns, seen)
+        memory = Memory(mode, memory.side, memory.gear, memory.turns, memory.off, seen)
     else:
         memory = _begun(gains, period, follower, leader, mode, seen)
     if mode == NEAR:
@@ -169,18 +173,24 @@ def _begun(gains: Gains, period: float, follower: Follower, leader: Leader, mode
     """Returns the memory of a mode that begins."""
     seen = Seen(*row)
     if mode == NEAR:
-        return Memory(mode, 1, 1, view_turns(follower, leader), row)
+        turns = planar.winding_number(_settling(gains, view(follower, leader)))
+        return Memory(mode, 1, 1, int(turns), 0.0, row)
     if mode == FAR:
-        ahead = (leader.x - follower.x) * cos(follower.theta) + (leader.y - follower.y) * sin(follower.theta)
-        gear = -1 if ahead < 0.0 else 1
-        w_x, w_y, _, _ = leader_motion.pursuit(gains.c, gains.field_speed, gains.smoothing, follower, leader, seen)
-        return Memory(mode, 1, gear, int(planar.winding_number(_off(follower, gear, w_x, w_y))), row)
+        gear = pursuit.first_gear(follower, leader)
+        w_x, w_y, _, _ = pursuit.velocity(gains.c, gains.field_speed, gains.smoothing, follower, leader, seen)
+        return Memory(mode, 1, gear, 0, pursuit.off_course(follower, gear, w_x, w_y, 0.0), row)
     rest, smooth, _ = leader_motion.behind_smoothed(follower, leader, seen, gains.smoothing)
     began = _calm_init(_universal(gains), period, rest, smooth)
-    return Memory(mode, began.side, began.gear, began.turns, row)
+    return Memory(mode, began.side, began.gear, began.turns, 0.0, row)
 
 
 # Near -----------------------------------------------------------------------------------------------------------------
+
+
+@compiled
+def _settling(gains: Gains, e: View) -> float:
+    """Returns what the heading error will be once velocities have caught up [rad]."""
+    return e.theta + e.theta_rate / gains.k_inner
 
 
 @compiled
@@ -191,7 +201,8 @@ def _near(
     seen = Seen(*memory.seen)
     scheduled = _schedule(gains, seen)
     e = view(follower, leader)
-    theta, turns = unturned(e, memory.turns, HYSTERESIS)
+    turns = planar.winding_number_after(_settling(gains, e), float(memory.turns), pursuit.HYSTERESIS)
+    theta = e.theta - 2 * pi * turns
     v, u, b = leader.v_x, leader.u_x, scheduled.b
     pull = (b / gains.turn_rate) ** 2 * seen.speed_2
     q = sqrt(1 + pull * (e.x * e.x + e.y * e.y))
@@ -201,8 +212,12 @@ def _near(
     ratio, slope = planar.sinc_and_slope(theta)
     aside, aside_rate = ratio * y, slope * e.theta_rate * y + ratio * y_rate
     lead, lead_rate = leader_motion.slip_angle(leader, gains.least_speed)
-    ahead, ahead_slope = return_rate(scheduled.k_x, limits.acceleration, e.x)
-    turn, turn_slope = return_rate(gains.k_theta, limits.yaw_acceleration, theta + lead)
+    ahead, ahead_slope = bounded(
+        RETURN_SPEED * gains.field_speed, *return_rate(scheduled.k_x, limits.acceleration, e.x)
+    )
+    turn, turn_slope = bounded(
+        RETURN_TURN * gains.turn_rate, *return_rate(gains.k_theta, limits.yaw_acceleration, theta + lead)
+    )
     V_x, V_y = e.cos * v - e.sin * leader.v_y, e.sin * v + e.cos * leader.v_y
     u_x, u_theta = inner_loop(
         follower,
@@ -214,16 +229,10 @@ def _near(
         ),
         gains.k_inner,
     )
-    return u_x, u_theta, Memory(memory.mode, memory.side, memory.gear, turns, memory.seen)
+    return u_x, u_theta, Memory(memory.mode, memory.side, memory.gear, int(turns), 0.0, memory.seen)
 
 
 # Far ------------------------------------------------------------------------------------------------------------------
-
-
-@compiled
-def _off(follower: Follower, gear: int, w_x: float, w_y: float) -> float:
-    """Returns how far the heading is off s w, unwrapped [rad]."""
-    return follower.theta - atan2(gear * w_y, gear * w_x)
 
 
 @compiled
@@ -232,28 +241,19 @@ def _far(
 ) -> tuple[float, float, Memory]:
     """Returns the accelerations far from a lively leader, and the memory."""
     seen = Seen(*memory.seen)
-    w_x, w_y, w_x_rate, w_y_rate = leader_motion.pursuit(
-        gains.c, gains.field_speed, gains.smoothing, follower, leader, seen
-    )
+    pursued = pursuit.velocity(gains.c, gains.field_speed, gains.smoothing, follower, leader, seen)
+    w_x, w_y, w_x_rate, w_y_rate = pursued
+    gear = pursuit.gear_after(memory.gear, follower, leader, seen, w_x, w_y)
+    off = pursuit.off_course(follower, gear, w_x, w_y, memory.off if gear == memory.gear else 0.0)
     c, s, omega = cos(follower.theta), sin(follower.theta), follower.omega
-    gear, turns = memory.gear, float(memory.turns)
     along, square = w_x * c + w_y * s, w_x * w_x + w_y * w_y
-    # The gear is that which brings the leader's heading where its velocity outweighs the field.
-    leads = hypot(seen.velocity_x, seen.velocity_y) > hypot(w_x - seen.velocity_x, w_y - seen.velocity_y)
-    towards = w_x * cos(leader.theta) + w_y * sin(leader.theta) if leads else along
-    if gear * towards < GEAR_SWITCH * sqrt(square):
-        gear = -gear
-        turns = planar.winding_number(_off(follower, gear, w_x, w_y))
-    off = _off(follower, gear, w_x, w_y)
-    turns = planar.winding_number_after(off, turns, HYSTERESIS)
     turn = (w_x * w_y_rate - w_y * w_x_rate) / (square if square > 0.0 else 1.0)
     turn = planar.clip(turn, -gains.turn_rate, gains.turn_rate)
-    back, slope = return_rate(gains.k_turn, limits.yaw_acceleration, off - 2 * pi * turns)
+    back, slope = return_rate(gains.k_turn, limits.yaw_acceleration, off)
     along_rate = w_x_rate * c + w_y_rate * s + omega * (w_y * c - w_x * s)
-    u_x, u_theta = inner_loop(
-        follower, Velocities(along, turn - back, along_rate, -slope * (omega - turn)), gains.k_inner
-    )
-    return u_x, u_theta, Memory(memory.mode, memory.side, gear, int(turns), memory.seen)
+    wanted = Velocities(along, turn - back, along_rate, -slope * (omega - turn))
+    u_x, u_theta = inner_loop(follower, wanted, gains.k_inner)
+    return u_x, u_theta, Memory(memory.mode, memory.side, gear, 0, off, memory.seen)
 
 
 # Calm -----------------------------------------------------------------------------------------------------------------
@@ -278,7 +278,7 @@ def _calm(
     u_x, u_theta, kept = _calm_command(
         _universal(gains), period, free, rest, smooth, _CalmMemory(memory.side, memory.gear, False, memory.turns)
     )
-    return u_x + carried_rate, u_theta, Memory(memory.mode, kept.side, kept.gear, kept.turns, memory.seen)
+    return u_x + carried_rate, u_theta, Memory(memory.mode, kept.side, kept.gear, kept.turns, 0.0, memory.seen)
 
 
 def warnings(gains: Gains, limits: Limits) -> tuple[str, ...]:

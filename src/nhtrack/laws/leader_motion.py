@@ -150,14 +150,14 @@ class Schedule(NamedTuple):
 def schedule(seen: Seen, rate: float, k_theta: float, k_inner: float, zeta: float, least_speed: float) -> Schedule:
     """Returns the gains for a leader's motion.
 
-        b = min(k_inner^2/(E_v + least_speed^2), rate/(k_theta H))
+        b = min(4 k_inner^2/(E_v + least_speed^2), rate/(k_theta H))
         k_x = 2 zeta clip(sqrt(E_w + (b k_theta L^2)^2), rate/4, 4 rate)
         lambda = (k_x + b k_theta L^2 - |k_x z_e - b k_theta z_m|)/2
 
     lambda is the least eigenvalue of k_x <e e^T> + b k_theta <psi^2 n n^T>: errors along the leader's heading e shrink
     at k_x, those across it, along n, by steering (docs/theory.md).
     """
-    b = k_inner**2 / (seen.speed_2 + least_speed**2)
+    b = 4 * k_inner**2 / (seen.speed_2 + least_speed**2)
     if b * k_theta * seen.held_2 > rate:
         b = rate / (k_theta * seen.held_2)
     steering = b * k_theta
@@ -166,29 +166,6 @@ def schedule(seen: Seen, rate: float, k_theta: float, k_inner: float, zeta: floa
     k_x = 2 * zeta * planar.clip(wanted, SLOWEST * rate, FASTEST * rate)
     uneven = hypot(k_x * seen.axis_x - steering * seen.weight_x, k_x * seen.axis_y - steering * seen.weight_y)
     return Schedule(b, k_x, (k_x + aside - uneven) / 2)
-
-
-@compiled
-def pursuit(
-    c: float, field_speed: float, smoothing: float, follower: Follower, leader: Leader, seen: Seen
-) -> tuple[float, float, float, float]:
-    """Returns the velocity w that leads to a leader from far away [m/s], and w' [m/s^2], in the world frame.
-
-        w = Vbar - c r/sqrt(1 + (c |r|/field_speed)^2),   Vbar' = (V - Vbar)/smoothing
-
-    r is the follower's place less the leader's: the world does not turn with a leader that spins.
-    """
-    V_x, V_y = world_velocity(leader)
-    r_x, r_y = follower.x - leader.x, follower.y - leader.y
-    r_x_rate = follower.v_x * cos(follower.theta) - V_x
-    r_y_rate = follower.v_x * sin(follower.theta) - V_y
-    pull = (c / field_speed) ** 2
-    q = sqrt(1 + pull * (r_x * r_x + r_y * r_y))
-    q_rate = pull * (r_x * r_x_rate + r_y * r_y_rate) / q
-    c = c / q
-    w_x_rate = (V_x - seen.velocity_x) / smoothing - c * (r_x_rate - r_x * q_rate / q)
-    w_y_rate = (V_y - seen.velocity_y) / smoothing - c * (r_y_rate - r_y * q_rate / q)
-    return seen.velocity_x - c * r_x, seen.velocity_y - c * r_y, w_x_rate, w_y_rate
 
 
 @compiled

@@ -34,6 +34,14 @@ def return_rate(gain: float, acceleration: float, error: float) -> tuple[float, 
 
 
 @compiled
+def bounded(largest: float, rate: float, slope: float) -> tuple[float, float]:
+    """Returns rate/sqrt(1 + (rate/largest)^2), which stays below `largest`, and its slope, from a rate and its own."""
+    q_2 = 1 + (rate / largest) ** 2
+    q = sqrt(q_2)
+    return rate / q, slope / (q * q_2)
+
+
+@compiled
 def within(u: float, rate: float, gain: float, largest: float, acceleration: float) -> float:
     """Returns an acceleration that keeps |rate| <= largest and is itself at most `acceleration`.
 
