@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -18,14 +19,16 @@ from rich.progress import track
 
 from nhtrack.config.campaign import Campaign
 from nhtrack.config.families import FAMILIES, RANDOM
+from nhtrack.config.law_sections import LawSection
 from nhtrack.config.link import Noise
 from nhtrack.execution import Processes
+from nhtrack.experiment.build import make_law
 from nhtrack.experiment.compile import compile_once
 from nhtrack.experiment.load import load_campaign
 from nhtrack.plots.style import panel_title, styled
 from nhtrack.studies.campaign.cell import Cell
+from nhtrack.studies.campaign.outcomes import run_outcomes
 from nhtrack.studies.campaign.plots.pieces import legend, line
-from nhtrack.studies.campaign.run import run_starts
 
 DOCS = Path(__file__).resolve().parents[1]
 PAGE = DOCS / "convergence.md"
@@ -34,8 +37,8 @@ STARTS = 10  # of every law, reference and setting
 AHEAD = ", asked ahead"  # what a law is called that predicts the delay
 LAWS = ("agile", "universal", "samson", "jiang_nijmeijer")
 RATES = (5, 10, 20, 50, 100, 200)  # [Hz]
-DELAYS = (0, 1, 2, 5, 10, 20)  # control periods at 100 Hz
-NOISES = (0, 1, 2, 5, 10, 20)  # [mm], and twice as many [mrad]
+DELAYS = (0, 1, 2, 5, 10)  # control periods at 100 Hz
+NOISES = (0, 1, 2, 5, 10)  # [mm], and twice as many [mrad]
 
 Keys = Mapping[str, Any]
 
@@ -71,31 +74,47 @@ def base(starts: int) -> Campaign:
     return fast.model_copy(update={"families": (*FAMILIES, RANDOM, *fast.families)})
 
 
-def cells(panel: Panel, campaign: Campaign) -> Iterator[tuple[str, int, Cell]]:
-    """Yields law, place along the curve and cell of every reference."""
+class Task(NamedTuple):
+    """What one reference is like at one place along a curve: all laws drive from the same starts."""
+
+    place: int
+    campaign: Campaign
+    family: str
+
+
+def tasks(panel: Panel, campaign: Campaign) -> Iterator[Task]:
+    """Yields every place along a curve with every reference."""
     for place, keys in enumerate(panel.keys):
         at = campaign.model_copy(update=dict(keys))
-        for law in panel.laws:
-            name = law.removesuffix(AHEAD)
-            ahead = at.delay if name != law else 0
-            given = at.model_copy(update={"laws": {name: at.laws[name].model_copy(update={"delay_periods": ahead})}})
-            for family in campaign.family_names:
-                yield law, place, Cell(given, name, family)
+        laws = {law: _asked(law, at) for law in panel.laws}
+        for family in campaign.family_names:
+            yield Task(place, at.model_copy(update={"laws": laws}), family)
 
 
-def share(cell: Cell) -> float:
-    """Returns the share of a cell's starts that converge."""
-    return float(run_starts(cell, slice(0, cell.campaign.starts.count))["converged"].mean())
+def _asked(law: str, campaign: Campaign) -> LawSection:
+    """Returns the section of a law, which is asked as far ahead as its name says."""
+    section: LawSection = campaign.laws[law.removesuffix(AHEAD)]
+    return section.model_copy(update={"delay_periods": campaign.delay}) if law.endswith(AHEAD) else section
+
+
+def shares(task: Task) -> dict[str, float]:
+    """Returns the share of starts that converge, by the labels of the laws."""
+    campaign, found = task.campaign, {}
+    some = Cell(campaign, next(iter(campaign.laws)), task.family).experiment(slice(0, campaign.starts.count))
+    for label, section in campaign.laws.items():
+        experiment = replace(some, law=make_law(section, some.similarity))
+        found[label] = float(run_outcomes(campaign, experiment)["converged"].mean())
+    return found
 
 
 def curves(panel: Panel, campaign: Campaign) -> dict[str, np.ndarray]:
     """Returns the mean over all references of the share that converges [%], along the curve of each law."""
-    asked = list(cells(panel, campaign))
+    asked = list(tasks(panel, campaign))
     found = {law: np.zeros(len(panel.values)) for law in panel.laws}
-    done = Processes()([cell for _, _, cell in asked], share)
-    for task, converged in track(done, panel.title, len(asked)):
-        law, place, _ = asked[task]
-        found[law][place] += 100 * converged / len(campaign.families)
+    done = Processes()(asked, shares)
+    for place, converged in track(done, panel.title, len(asked)):
+        for law, each in converged.items():
+            found[law][asked[place].place] += 100 * each / len(campaign.families)
     return found
 
 

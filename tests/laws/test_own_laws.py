@@ -154,7 +154,7 @@ def test_gains_are_judged_like_any_key(tmp_path: Path) -> None:
 
 def test_names_that_no_gain_can_have_are_those_of_its_section() -> None:
     names = {name for name in dir(FileLaw) if not name.startswith(("_", "model_"))}
-    assert names | {"name", "file", "limits", "kind"} == RESERVED
+    assert names | {"name", "delay_periods", "file", "limits", "kind"} == RESERVED
 
 
 @pytest.mark.parametrize(

@@ -26,7 +26,7 @@ from nhtrack.simulation.state import State
 from nhtrack.studies.campaign import run as campaigns
 from nhtrack.studies.campaign.cell import Cell
 from nhtrack.studies.campaign.draw import draw_pieces, draw_starts
-from nhtrack.studies.campaign.outcomes import outcomes_of, statistics_of
+from nhtrack.studies.campaign.outcomes import outcomes_of, simulation_of, statistics_of
 from nhtrack.studies.campaign.run import CampaignError, run_campaign, run_starts
 from nhtrack.studies.campaign.tables import COLUMNS, cells_of, worst_first
 from nhtrack.studies.run.run import run
@@ -214,7 +214,7 @@ def test_switches_are_changes_of_the_law_s_memory(tmp_path: Path) -> None:
     cell = Cell(case(tmp_path, "duration=30", "control_rate=50"), "universal", "random")
     experiment = cell.experiment(slice(0, 6))
     recorder = Memories()
-    experiment.record(campaigns._simulation(experiment, "ideal"), recorder)
+    experiment.record(simulation_of(experiment, "ideal"), recorder)
     counted = (np.diff(recorder.rows[:, :, 1], axis=0) != 0).sum(axis=(0, 2))
     assert counted.max() > 2
     np.testing.assert_array_equal(run_starts(cell, slice(0, 6))["switches"], counted)
