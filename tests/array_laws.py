@@ -111,6 +111,10 @@ Samson = _law("samson")
 JiangNijmeijer = _law("jiang_nijmeijer")
 FeedbackLinearisation = _law("feedback_linearisation")
 LookAhead = _law("look_ahead")
+Panteley = _law("panteley")
+Vfo = _law("vfo")
+GuidingField = _law("guiding_field")
+PolarBackstepping = _law("polar_backstepping")
 
 
 # -- virtual leaders --------------------------------------------------------------------------------

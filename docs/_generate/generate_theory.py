@@ -24,7 +24,7 @@ from nhtrack.config.law_sections import law_names, law_section
 from nhtrack.experiment.build import make_law
 from nhtrack.experiment.loop import run_loop
 from nhtrack.experiment.recorder import Shape, Streaming
-from nhtrack.experiment.rows import Rows, named
+from nhtrack.experiment.rows import Rows, variables_of
 from nhtrack.laws import Law, Leader, law_named
 from nhtrack.laws.virtual_leader import fold
 from nhtrack.network import Network
@@ -160,9 +160,9 @@ class _Late(Streaming):
         super().begin(shape)
         self.errors: list[np.ndarray] = []
 
-    def take(self, first: int, rows: Rows) -> None:
+    def take(self, first: int, count: int, rows: Rows) -> None:
         """Keeps those of a block."""
-        error = named(rows.table[:, :, 1].swapaxes(0, 1))["error"]
+        error = variables_of(rows.table[:, :count, 1].swapaxes(0, 1))["error"]
         self.errors.append(error[max(0, self._begin - first) :].copy())
 
 

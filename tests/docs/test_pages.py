@@ -63,6 +63,12 @@ def measured(script, name: str, laws: tuple[str, ...], count: int = 40, **draw):
     return cells
 
 
+@pytest.mark.parametrize("script", sorted(path.stem for path in (DOCS / "_generate").glob("generate_*.py")))
+def test_every_script_finds_what_it_takes_from_the_package(monkeypatch, script):
+    monkeypatch.syspath_prepend(DOCS / "_generate")
+    assert callable(importlib.import_module(script).main)
+
+
 # -- markers ----------------------------------------------------------------------------------------
 
 

@@ -9,9 +9,10 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from chases import reversal_distances
 from nhtrack.config.families import FAMILIES
 from nhtrack.experiment.load import load_campaign
-from nhtrack.laws import Follower, Law, Leader, Limits, agile, law_named
+from nhtrack.laws import Follower, Leader, Limits, agile, law_named
 from nhtrack.laws.evaluate import commands, first_memories
 from nhtrack.laws.leader_motion import first_seen, schedule, seen_after
 from nhtrack.simulation.ideal import propagate
@@ -173,37 +174,13 @@ def test_robot_that_keeps_its_limits_never_leaves_them() -> None:
 # -- leaders that reverse ---------------------------------------------------------------------------
 
 
-def distances(law: Law, period: float, reversals: int, start: float) -> np.ndarray:
-    """Distances of followers that start in step but for a small distance, after each reversal, shape (reversals, 8).
-
-    The leader's speed is 0.5 cos(2 pi t/period), on a line.
-    """
-    dt, count, rate = 0.01, 8, 2 * math.pi / period
-    angles = 2 * math.pi * np.arange(count) / count
-    g_0, xi_0 = np.zeros((count, 3)), np.tile([0.5, 0.0, 0.0], (count, 1))
-    g = np.stack([start * np.cos(angles), start * np.sin(angles), np.zeros(count)], axis=-1)
-    xi, memory, found = xi_0.copy(), None, []
-    each = round(period / 2 / dt)
-    for k in range(reversals * each):
-        u_0 = np.tile([-0.5 * rate * math.sin(rate * (k + 0.5) * dt), 0.0, 0.0], (count, 1))
-        follower, leader = np.concatenate([g, xi], axis=1), np.concatenate([g_0, xi_0, u_0], axis=1)
-        if memory is None:
-            memory = first_memories(law, follower, leader, dt)
-        u, memory = commands(law, follower, leader, memory, dt)
-        g, xi = propagate(g, xi, u, dt)
-        g_0, xi_0 = propagate(g_0, xi_0, u_0[:, ::2], dt)
-        if (k + 1) % each == 0:
-            found.append(np.hypot(*(g - g_0)[:, :2].T))
-    return np.array(found)
-
-
 @pytest.mark.parametrize(("period", "factor"), [(4.0, 3.43), (6.0, 2.14), (8.0, 0.94), (10.0, 0.44)])
 def test_universal_drifts_off_a_leader_that_reverses_often_and_agile_does_not(period: float, factor: float) -> None:
     """The distance grows by a factor from reversal to reversal, however small it is: a linear instability."""
-    far = distances(law_named("universal")(), period, 4, 1e-5)
+    far = reversal_distances(law_named("universal")(), period, 4, 1e-5)
     assert np.median(far[-1] / far[-2]) == pytest.approx(factor, rel=0.02)
     assert np.median(far[-2] / far[-3]) == pytest.approx(factor, rel=0.02)
-    near = distances(law_named("agile")(), period, 4, 1e-5)
+    near = reversal_distances(law_named("agile")(), period, 4, 1e-5)
     assert (near[-1] < 0.1 * near[0]).all()
 
 

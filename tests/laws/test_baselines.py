@@ -3,19 +3,29 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import replace
-from typing import NamedTuple
 
 import numpy as np
 import pytest
 
-from array_laws import FeedbackLinearisation, JiangNijmeijer, Kanayama, Leader, LookAhead, Robots, Samson
+from array_laws import FeedbackLinearisation, JiangNijmeijer, Kanayama, LookAhead, Samson
+from chases import (
+    CIRCLE,
+    LINE,
+    REST,
+    REVERSE,
+    Scene,
+    behind,
+    errors,
+    first_command,
+    late_errors,
+    on_command,
+    random_scene,
+    require_exact_derivatives,
+    require_falling,
+    velocities,
+)
 from nhtrack import se2
-from nhtrack.experiment.loop import rollout
-from nhtrack.network import Network
-from nhtrack.simulation.ideal import IdealSimulation, propagate
-from nhtrack.simulation.state import State
 
 pytestmark = pytest.mark.property
 
@@ -23,9 +33,6 @@ PI = math.pi
 
 # Some hundred rounded operations on terms up to 1e4 m/s^2, of which a sum may be a small difference.
 ROUNDING = 1e-11
-
-# Central differences over 1e-4 s of functions whose third derivatives reach some hundreds.
-STEP, DIFFERENCE = 1e-4, 1e-5
 
 # What counts as converged at the scale of 1 m/s and starts 10 m away.
 POSITION, HEADING = 0.01, 0.02  # [m], [rad]
@@ -47,29 +54,6 @@ RIVALS: dict[str, Rival] = {
 every_rival = pytest.mark.parametrize("name", RIVALS)
 
 
-# -- what is drawn ----------------------------------------------------------------------------------
-
-
-class Scene(NamedTuple):
-    """Followers and their leaders, arrays (..., 3)."""
-
-    follower: Robots
-    leader: Leader
-
-
-def random_scene(shape: tuple[int, ...], seed: int = 0) -> Scene:
-    """Places in a square of 10 m, any heading within two turns, velocities and accelerations up to 2."""
-    rng = np.random.default_rng(seed)
-    g = rng.uniform(-5, 5, (2, *shape, 3)) * [1, 1, 2]
-    xi = rng.uniform(-2, 2, (2, *shape, 3)) * [1, 0, 1]
-    u = rng.uniform(-2, 2, (*shape, 3)) * [1, 0, 1]
-    return Scene(Robots(g[0], xi[0]), Leader(g[1], xi[1], u))
-
-
-def first_command(law: Rival, scene: Scene) -> np.ndarray:
-    return np.asarray(law(*scene, law.init(*scene))[0])
-
-
 def test_gains_outside_the_source_s_conditions_are_told() -> None:
     assert replace(SAMSON, zeta=1.0).warnings() == (
         "zeta = 1 is not below 1: its source designs for complex poles, 0 < zeta < 1",
@@ -83,54 +67,10 @@ def test_gains_outside_the_source_s_conditions_are_told() -> None:
 
 # -- what is claimed, anywhere --------------------------------------------------------------------------
 
-LINE, CIRCLE, REST, REVERSE = (1.0, 0.0, 0.0), (1.0, 0.0, 0.5), (0.0, 0.0, 0.0), (-1.0, 0.0, 0.2)
-
-
-def behind(twist: tuple[float, ...]) -> Scene:
-    """Random followers of leaders of one constant twist."""
-    follower, leader = random_scene((500,), seed=7)
-    return Scene(follower, Leader(leader.g, np.zeros_like(leader.xi) + twist, np.zeros_like(leader.u)))
-
-
-def velocities(law: Rival, scene: Scene) -> np.ndarray:
-    """(v_c, omega_c), read off the command: u = (v_c, omega_c)' - K ((v, omega) - (v_c, omega_c))."""
-    without, with_gain = (first_command(replace(law, k_inner=k_inner), scene) for k_inner in (0.0, 1.0))
-    return scene.follower.xi[..., ::2] + with_gain - without
-
-
-def on_command(law: Rival, scene: Scene) -> Scene:
-    """The same places with the velocities that a law commands at them, for laws of which these need no velocity."""
-    return scene._replace(follower=scene.follower._replace(xi=np.insert(velocities(law, scene), 1, 0.0, axis=-1)))
-
-
-def errors(scene: Scene) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """(e_x, e_y, e_theta), the heading wrapped."""
-    e = se2.between(scene.follower.g, scene.leader.g)
-    return e[..., 0], e[..., 1], se2.wrap(e[..., 2])
-
-
-def later(scene: Scene, dt: float, u: np.ndarray | float = 0.0) -> Scene:
-    """The same robots after dt, the leader under its acceleration, the follower under another."""
-    held = scene.leader.u[..., ::2]
-    follower, leader = propagate(*scene.follower, u + 0.0 * held, dt), propagate(*scene.leader[:2], held, dt)
-    return Scene(Robots(*follower), Leader(*leader, scene.leader.u))
-
-
 @pytest.mark.parametrize("law", [KANAYAMA, SAMSON, LOOK_AHEAD], ids=["kanayama", "samson", "look_ahead"])
 def test_commanded_velocities_have_their_exact_derivatives(law: Rival) -> None:
     """(v_c, omega_c)' against central differences along the motion of both robots, of a leader that accelerates."""
-    scene = random_scene((300,))
-    ahead, behind = (velocities(law, later(scene, dt)) for dt in (STEP, -STEP))
-    rate = first_command(replace(law, k_inner=0.0), scene)
-    np.testing.assert_allclose(rate, (ahead - behind) / (2 * STEP), rtol=DIFFERENCE, atol=DIFFERENCE)
-
-
-def require_falling(storage: Callable[[Scene], np.ndarray], law: Rival, scene: Scene) -> None:
-    """Fails where a function of the scene grows along its motion, by central differences."""
-    u = first_command(law, scene)
-    rate = (storage(later(scene, STEP, u)) - storage(later(scene, -STEP, u))) / (2 * STEP)
-    assert rate.max() <= DIFFERENCE
-    assert np.median(rate) < -0.5
+    require_exact_derivatives(law, random_scene((300,)))
 
 
 @pytest.mark.parametrize("twist", [LINE, CIRCLE], ids=["line", "circle"])
@@ -201,31 +141,6 @@ def test_look_ahead_brings_the_point_in_exponentially(twist: tuple[float, ...]) 
 
 
 # -- sampled at 50 Hz: whether they arrive --------------------------------------------------------------
-
-RATE = 50.0  # [Hz]
-
-
-def starts(count: int, seed: int = 2024) -> tuple[np.ndarray, np.ndarray]:
-    """Poses in a disc of 10 m, any heading, and twists |v|, |omega| <= 1, shapes (count, 3)."""
-    rng = np.random.default_rng(seed)
-    radius, bearing = 10 * np.sqrt(rng.uniform(0, 1, count)), rng.uniform(-PI, PI, count)
-    g = np.stack([radius * np.cos(bearing), radius * np.sin(bearing), rng.uniform(-PI, PI, count)], axis=-1)
-    return g, rng.uniform(-1, 1, (count, 3)) * [1, 0, 1]
-
-
-def late_errors(law: Rival, twist: tuple[float, ...], count: int = 60) -> np.ndarray:
-    """Largest |e_x|, |e_y|, distance and |e_theta| over the last 10 of 60 s of each start, shape (4, count)."""
-    g, xi = np.zeros((2, count, 2, 3))
-    g[:, 1], xi[:, 1] = starts(count)
-    xi[:, 0] = twist
-    network = Network.from_parents({"leader": (), "follower": ("leader",)})
-    simulation = IdealSimulation(network.names, None, 1 / RATE, keep_going=True)
-    run = rollout(simulation, law.bound(), network, np.zeros((round(60 * RATE), 2)), State(0.0, g, xi))
-    assert not simulation.lost.any()
-    pose = run.variables["pose"][run.time >= 50]
-    x, y, theta = np.moveaxis(se2.between(pose[:, :, 1], pose[:, :, 0]), -1, 0)
-    return np.abs([x, y, np.hypot(x, y), se2.wrap(theta)]).max(axis=1)
-
 
 @pytest.mark.slow
 @every_rival

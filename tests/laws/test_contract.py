@@ -59,6 +59,22 @@ class TestLookAhead(LawContract):
     law = law_named("look_ahead")()
 
 
+class TestPanteley(LawContract):
+    law = law_named("panteley")()
+
+
+class TestVfo(LawContract):
+    law = law_named("vfo")()
+
+
+class TestGuidingField(LawContract):
+    law = law_named("guiding_field")()
+
+
+class TestPolarBackstepping(LawContract):
+    law = law_named("polar_backstepping")()
+
+
 class TestLawToStartFrom(LawContract):
     law = law_in(ROOT / "examples/write_a_law/my_law.py")(k_x=2.0)
 

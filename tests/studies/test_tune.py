@@ -196,6 +196,9 @@ REST = {
     "universal": {"m", "field_speed", "turn_rate", "dock_radius", "dock_speed"},
     "agile": {"m", "field_speed", "turn_rate", "dock_radius", "least_speed", "near_radius", "zeta"}
     | {"window", "smoothing"},
+    "vfo": {"least_speed", "dock_radius"},
+    "guiding_field": {"least_speed"},
+    "polar_backstepping": {"dock_radius"},
 }
 
 

@@ -4,7 +4,7 @@ It keeps a memory of how its leader has moved (`nhtrack.laws.leader_motion`) and
 peaks of v_0^2 and omega_0^2, L^2 and H means of psi^2 and its peaks, z_e and z_m means of e^(2i theta_0) and
 psi^2 e^(2i theta_0),
 
-    b   = min(4 k_inner^2/(E_v + least_speed^2), rate/(k_theta H))
+    b   = min(k_inner^2/(E_v + least_speed^2), rate/(k_theta H))
     k_x = 2 zeta clip(sqrt(E_w + (b k_theta L^2)^2), rate/4, 4 rate)
     lambda = (k_x + b k_theta L^2 - |k_x z_e - b k_theta z_m|)/2,
 
@@ -17,9 +17,9 @@ lambda < 0.2 rate. Three modes:
 
 f, g and h have the gains k_x, k_theta and k_turn and brake within limits; |f| < field_speed/2, |g| < 2 turn_rate; q^2 =
 1 + b^2 E_v |r|^2/turn_rate^2. All commanded velocities are lifted to accelerations by the inner loop. Near, whole turns
-are taken off theta + theta'/k_inner, what theta will be once velocities have caught up: it decays whatever they are at
-first. A lively leader is pursued until it is near, and a calm one until the follower is within `dock_radius`; twice as
-far, nearness ends.
+are taken off theta + theta'/k_inner, about what theta will be once velocities have caught up: a follower that spins at
+first goes on to the nearest turn. A lively leader is pursued until it is near, and a calm one until the follower is
+within `dock_radius`; twice as far, nearness ends.
 
 Sources: near is Samson's law (`nhtrack.laws.samson`) saturated and with gains that do not vanish with the leader's
 velocities; far is pursuit along a vector field. Assumes: states measured without error, the leader's acceleration
@@ -65,7 +65,7 @@ class Gains(NamedTuple):
     zeta: Annotated[float, Gain("1", "damping ratio near the leader", above=0.0)] = 0.7
     c: Annotated[float, Gain("1/T", "rate of the approach from afar", search=(2.0, 100.0), above=0.0)] = 0.7
     # Lengths, speeds and times of this law are the scenario's own and are not searched.
-    field_speed: Annotated[float, Gain("L/T", "largest speed that distance adds far from the leader", above=0.0)] = 1.7
+    field_speed: Annotated[float, Gain("L/T", "largest speed that distance adds far from the leader", above=0.0)] = 1.8
     turn_rate: Annotated[
         float,
         Gain(

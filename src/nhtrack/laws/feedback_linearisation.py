@@ -30,7 +30,7 @@ from nhtrack.compiled import compiled
 from nhtrack.laws.contract import Follower, Gain, Leader, Limits
 from nhtrack.laws.gains import DAMPING, STIFFNESS, InnerGain, PlaceDeadZoneSpeed
 from nhtrack.laws.inner_loop import Velocities, inner_loop
-from nhtrack.laws.relative_motion import View, turned, view
+from nhtrack.laws.relative_motion import leader_derivatives, turned, view
 
 
 class Gains(NamedTuple):
@@ -53,7 +53,7 @@ def command(
     e = view(follower, leader)
     forward, aside = turned(e, leader.v_x, leader.v_y)  # p_r'
     closing_x, closing_y = forward - v, aside
-    (acceleration_x, acceleration_y), (_, jerk_y) = _leader_derivatives(e, leader)
+    (acceleration_x, acceleration_y), (_, jerk_y) = leader_derivatives(e, leader)
     w_x = acceleration_x + kd * closing_x + kp * e.x
     w_y = acceleration_y + kd * closing_y + kp * e.y
     w_y_rate = jerk_y + kd * (acceleration_y - v * omega) + kp * closing_y - omega * w_x
@@ -73,16 +73,6 @@ def _velocities(v_min: float, v: float, v_r: float, w_x: float, w_y: float, w_y_
     if moving:
         return Velocities(xi, w_y / xi, w_x if sign * w_x > 0.0 else 0.0, w_y_rate / xi)
     return Velocities(v, w_y / xi, w_x, w_y_rate / xi)
-
-
-@compiled
-def _leader_derivatives(e: View, leader: Leader) -> tuple[tuple[float, float], tuple[float, float]]:
-    """Returns p_r'' and p_r''' in the follower's frame, the latter for u_r' = 0."""
-    v, aside, omega = leader.v_x, leader.v_y, leader.omega
-    x, y = leader.u_x - omega * aside, leader.u_y + omega * v
-    jerk_x = -leader.u_theta * aside - omega * leader.u_y - omega * y
-    jerk_y = leader.u_theta * v + omega * leader.u_x + omega * x
-    return turned(e, x, y), turned(e, jerk_x, jerk_y)
 
 
 def warnings(gains: Gains, limits: Limits) -> tuple[str, ...]:

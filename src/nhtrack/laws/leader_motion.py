@@ -150,14 +150,14 @@ class Schedule(NamedTuple):
 def schedule(seen: Seen, rate: float, k_theta: float, k_inner: float, zeta: float, least_speed: float) -> Schedule:
     """Returns the gains for a leader's motion.
 
-        b = min(4 k_inner^2/(E_v + least_speed^2), rate/(k_theta H))
+        b = min(k_inner^2/(E_v + least_speed^2), rate/(k_theta H))
         k_x = 2 zeta clip(sqrt(E_w + (b k_theta L^2)^2), rate/4, 4 rate)
         lambda = (k_x + b k_theta L^2 - |k_x z_e - b k_theta z_m|)/2
 
     lambda is the least eigenvalue of k_x <e e^T> + b k_theta <psi^2 n n^T>: errors along the leader's heading e shrink
     at k_x, those across it, along n, by steering (docs/theory.md).
     """
-    b = 4 * k_inner**2 / (seen.speed_2 + least_speed**2)
+    b = k_inner**2 / (seen.speed_2 + least_speed**2)
     if b * k_theta * seen.held_2 > rate:
         b = rate / (k_theta * seen.held_2)
     steering = b * k_theta

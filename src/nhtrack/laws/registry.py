@@ -25,6 +25,10 @@ _BUILT_IN = (
     "jiang_nijmeijer",
     "feedback_linearisation",
     "look_ahead",
+    "panteley",
+    "vfo",
+    "guiding_field",
+    "polar_backstepping",
 )
 
 

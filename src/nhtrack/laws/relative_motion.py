@@ -153,6 +153,39 @@ def turned(e: View, x: float, y: float) -> tuple[float, float]:
 
 
 @compiled
+def leader_derivatives(e: View, leader: Leader) -> tuple[tuple[float, float], tuple[float, float]]:
+    """Returns p_r'' and p_r''' in the follower's frame, the latter for accelerations that are held."""
+    v, aside, omega = leader.v_x, leader.v_y, leader.omega
+    x, y = leader.u_x - omega * aside, leader.u_y + omega * v
+    jerk_x = -leader.u_theta * aside - omega * leader.u_y - omega * y
+    jerk_y = leader.u_theta * v + omega * leader.u_x + omega * x
+    return turned(e, x, y), turned(e, jerk_x, jerk_y)
+
+
+@compiled
+def direction_rates(
+    vector: tuple[float, float], rate: tuple[float, float], second: tuple[float, float], shortest: float
+) -> tuple[float, float]:
+    """Returns the first and second derivative of a vector's direction [rad/s, rad/s^2].
+
+    With a x b = a_x b_y - a_y b_x: `w x w'/|w|^2` and `w x w''/|w|^2 - 2 (w x w') (w . w')/|w|^4`; both are 0 where |w|
+    is at most `shortest`, where the direction is noise.
+
+    Args:
+        vector: w.
+        rate: w'.
+        second: w''.
+        shortest: in the unit of w.
+    """
+    square = vector[0] * vector[0] + vector[1] * vector[1]
+    if not square > shortest * shortest:
+        return 0.0, 0.0
+    turn = (vector[0] * rate[1] - vector[1] * rate[0]) / square
+    growth = (vector[0] * rate[0] + vector[1] * rate[1]) / square
+    return turn, (vector[0] * second[1] - vector[1] * second[0]) / square - 2 * turn * growth
+
+
+@compiled
 def unturned(e: View, turns: int, hysteresis: float) -> tuple[float, int]:
     """Returns e_theta less whole turns [rad], and their number; see `planar.winding_number_after`.
 
