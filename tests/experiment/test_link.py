@@ -26,7 +26,7 @@ from nhtrack.simulation.mujoco import MujocoSimulation
 from nhtrack.simulation.scene import SceneSpec, stepped_scene
 from nhtrack.simulation.state import State
 from nhtrack.studies.campaign.cell import Cell
-from nhtrack.studies.campaign.run import run_starts
+from nhtrack.studies.campaign.parts import run_starts
 from nhtrack.studies.run.run import simulate
 from watching import ECHO, LAWS, watch
 

@@ -23,11 +23,13 @@ from nhtrack.recording import Recording
 from nhtrack.simulation.mujoco import MujocoSimulation
 from nhtrack.simulation.scene import make_scene
 from nhtrack.simulation.state import State
+from nhtrack.studies.campaign import parts
 from nhtrack.studies.campaign import run as campaigns
 from nhtrack.studies.campaign.cell import Cell
 from nhtrack.studies.campaign.draw import draw_pieces, draw_starts
 from nhtrack.studies.campaign.outcomes import outcomes_of, simulation_of, statistics_of
-from nhtrack.studies.campaign.run import CampaignError, run_campaign, run_starts
+from nhtrack.studies.campaign.parts import run_starts
+from nhtrack.studies.campaign.run import CampaignError, run_campaign
 from nhtrack.studies.campaign.tables import COLUMNS, cells_of, worst_first
 from nhtrack.studies.run.run import run
 from watching import Memories
@@ -311,7 +313,7 @@ class Here:
     def __init__(self) -> None:
         self.files: list[Path] = []
 
-    def __call__(self, tasks: list[campaigns.Part], work: Callable[[campaigns.Part], None], *_: object) -> None:
+    def __call__(self, tasks: list[parts.Part], work: Callable[[parts.Part], None], *_: object) -> None:
         for task in tasks:
             self.files.append(task.path)
             work(task)

@@ -24,8 +24,9 @@ SIGNATURES = {
     "command": "command(gains, period, limits, follower, leader, memory) -> (u_x, u_theta, memory)",
     "init": "init(gains, period, follower, leader) -> Memory",
     "warnings": "warnings(gains, limits) -> tuple[str, ...]",
+    "beyond": "beyond(gains, period, leader) -> tuple[str, ...]",
 }
-_ARGUMENTS = {"command": 6, "init": 4, "warnings": 2}
+_ARGUMENTS = {"command": 6, "init": 4, "warnings": 2, "beyond": 3}
 _BASE = r"(?:L|T|m|s|rad)(?:\^\d+)?"
 _PRODUCT = rf"{_BASE}(?:\*{_BASE})*"
 _UNIT = re.compile(rf"(?:1|{_PRODUCT})(?:/(?:{_BASE}|\({_PRODUCT}\)))?")
