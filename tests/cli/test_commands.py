@@ -142,6 +142,18 @@ def test_a_run_warns_of_its_leader_before_it_starts_and_does_not_repeat_it() -> 
     assert "v_0 changes its sign" in Path("runs/universal-1/summary.json").read_text()
 
 
+def test_a_law_that_is_asked_for_another_instant_than_its_commands_arrive_at_is_told(tmp_path: Path) -> None:
+    hello = assets.find_scenario("tour/hello").read_text()
+    (tmp_path / "late.yaml").write_text(f"{hello}delay: 3\n")
+    (tmp_path / "right.yaml").write_text(f"{hello}delay: 3\n".replace("k: 6.0}", "k: 6.0, delay_periods: 3}"))
+    laws = "laws: {one: {name: agile, delay_periods: 3}, two: {name: agile, delay_periods: 2}}"
+    (tmp_path / "several.yaml").write_text(f"name: several\ndelay: 3\nfamilies: [rest]\n{laws}\n")
+    said = invoke("validate", "late.yaml", "right.yaml", "several.yaml").stderr.splitlines()
+    assert [line.partition(" and `delay` is 3: ")[0] for line in said] == [
+        "late.yaml: warning: law.delay_periods is 0", "several.yaml: warning: laws.two.delay_periods is 2",
+    ]  # fmt: skip
+
+
 def test_schema_prints_and_writes_the_same(tmp_path: Path) -> None:
     printed = json.loads(invoke("schema").stdout)
     assert printed["title"] == "Scenario"

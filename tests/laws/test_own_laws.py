@@ -171,13 +171,13 @@ def test_gains_are_judged_like_any_key(tmp_path: Path) -> None:
     text = GAINS + "    k_theta: float = 1.0\n" + command()
     assert told(tmp_path, text, "{file: mine.py, k: -1, k_teta: 2}") == [
         "expected a value greater than 0, got -1",
-        "unknown key; did you mean 'k_theta'? available: name, file, k, k_theta",
+        "unknown key; did you mean 'k_theta'? available: name, delay_periods, file, k, k_theta",
     ]
 
 
 def test_names_that_no_gain_can_have_are_those_of_its_section() -> None:
     names = {name for name in dir(FileLaw) if not name.startswith(("_", "model_"))}
-    assert names | {"name", "file", "limits", "kind"} == RESERVED
+    assert names | {"name", "delay_periods", "file", "limits", "kind"} == RESERVED
 
 
 @pytest.mark.parametrize(

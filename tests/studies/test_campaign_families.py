@@ -25,9 +25,9 @@ from nhtrack.studies.campaign.beforehand import campaign_beforehand
 from nhtrack.studies.campaign.cell import Cell
 from nhtrack.studies.campaign.draw import draw_walks
 from nhtrack.studies.campaign.grids import by_reference, grid_labels, grid_maps, whole_percent
+from nhtrack.studies.campaign.parts import run_starts
 from nhtrack.studies.campaign.plots import grid_map
 from nhtrack.studies.campaign.report import Account, campaign_page
-from nhtrack.studies.campaign.parts import run_starts
 from nhtrack.studies.campaign.run import run_campaign
 from nhtrack.studies.run.run import run
 

@@ -8,6 +8,7 @@ from nhtrack.analysis.demand import root_predictions
 from nhtrack.analysis.motion import root_motion
 from nhtrack.analysis.speedup import rounded_up
 from nhtrack.config.law_sections import law_section
+from nhtrack.config.link import delay_warnings
 from nhtrack.config.scenario import Scenario
 from nhtrack.experiment.build import Experiment, make_law
 from nhtrack.experiment.leader_notes import leader_warnings
@@ -27,7 +28,8 @@ def beforehand_of_law(scenario: Scenario, experiment: Experiment) -> tuple[str, 
     """Returns the same of the law alone, and of the leader's way along its path."""
     name, law = scenario.leader.name, experiment.law
     beyond = (f"{name}: {said}" for said in leader_beyond_law(law, scenario, experiment))
-    return (*law.warnings(), *leader_warnings(scenario), *beyond)
+    late = delay_warnings(scenario.delay, scenario.law)
+    return (*law.warnings(), *late, *leader_warnings(scenario), *beyond)
 
 
 def leader_beyond_robot(scenario: Scenario, experiment: Experiment) -> tuple[str, ...]:

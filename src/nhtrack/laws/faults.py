@@ -16,8 +16,8 @@ Fault = tuple[int, str]
 
 # A gain is a key beside these in the section `law` of a file, and an attribute of its class.
 RESERVED = frozenset({
-    "construct", "copy", "dict", "file", "from_orm", "gains", "json", "kind", "limits", "name", "parse_file",
-    "parse_obj", "parse_raw", "robot_gain", "schema", "schema_json", "update_forward_refs", "validate",
+    "construct", "copy", "delay_periods", "dict", "file", "from_orm", "gains", "json", "kind", "limits", "name",
+    "parse_file", "parse_obj", "parse_raw", "robot_gain", "schema", "schema_json", "update_forward_refs", "validate",
 })  # fmt: skip
 
 SIGNATURES = {

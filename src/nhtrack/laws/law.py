@@ -125,9 +125,9 @@ class LawKind:
         functions = {"init": self.init, "command": self.command}
         return {name: as_python(function) for name, function in functions.items() if function is not None}
 
-    def __call__(self, *, limits: Limits | None = None, **gains: Any) -> Law:
+    def __call__(self, *, limits: Limits | None = None, delay_periods: int = 0, **gains: Any) -> Law:
         """Returns the law with gains in robot units."""
-        return Law(self, self.gains(**gains), limits or Limits())
+        return Law(self, self.gains(**gains), limits or Limits(), delay_periods)
 
 
 @dataclass(frozen=True)
@@ -138,11 +138,13 @@ class Law:
         kind: what its file defines.
         gains: numbers, or arrays of shape (b,) or (b, 1) that make it one of b laws.
         limits: of the robot.
+        delay_periods: control periods by which it is asked ahead, see `nhtrack.experiment.link`.
     """
 
     kind: LawKind
     gains: Any
     limits: Limits = field(default_factory=Limits)
+    delay_periods: int = 0
 
     def warnings(self) -> tuple[str, ...]:
         """Returns what the gains break, with the formula; empty where nothing is known to be wrong."""

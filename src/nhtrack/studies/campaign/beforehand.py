@@ -6,6 +6,7 @@ from collections.abc import Iterable, Iterator, Mapping
 
 from nhtrack.analysis.beforehand import leader_beyond_law, leader_beyond_robot
 from nhtrack.config.campaign import Campaign
+from nhtrack.config.link import delay_warnings
 from nhtrack.experiment.build import build, make_law, make_limits
 from nhtrack.presentation.numbers import counted
 from nhtrack.studies.campaign.cell import Cell
@@ -25,6 +26,8 @@ def campaign_beforehand(
     """
     tuned = () if campaign.tuning is None else campaign.tuning.laws
     found, robot, limits = dict[str, dict[str, list[str]]](), None, {}
+    laws = campaign.laws.items()
+    late = [said for label, law in laws for said in delay_warnings(campaign.delay, law, f"laws.{label}")]
     for family in campaign.family_names:
         for place, label in enumerate(campaign.laws):
             cell = Cell(campaign, label, family, (gains or {}).get((label, family), {}))
@@ -39,7 +42,7 @@ def campaign_beforehand(
                 limits[label] = make_limits(scenario.model_copy(update={"law": cell.law}), robot)
             law = make_law(cell.law, experiment.similarity, limits[label])
             _note(found, cell, f" under {label}", leader_beyond_law(law, scenario, experiment))
-    return tuple(sentence for points in found.values() for sentence in _told(points))
+    return (*late, *(sentence for points in found.values() for sentence in _told(points)))
 
 
 def _note(found: dict[str, dict[str, list[str]]], cell: Cell, under: str, said: Iterable[str]) -> None:

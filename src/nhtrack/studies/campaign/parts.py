@@ -6,15 +6,10 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
 
-import numpy as np
 import pandas as pd
 
-from nhtrack.experiment.build import Experiment
-from nhtrack.simulation.ideal import IdealSimulation
-from nhtrack.simulation.mujoco import MujocoSimulation
-from nhtrack.simulation.scene import stepped_scene
 from nhtrack.studies.campaign.cell import Cell
-from nhtrack.studies.campaign.outcomes import outcomes_of, statistics_of
+from nhtrack.studies.campaign.outcomes import run_outcomes
 from nhtrack.studies.campaign.tables import rows_of, save_runs
 
 PART = {"ideal": 1000, "mujoco": 250}  # starts in a part: few enough for the caches, and to lose little when stopped
@@ -33,26 +28,9 @@ def run_part(part: Part) -> None:
     save_runs(run_starts(part.cell, part.starts), part.path)
 
 
-@np.errstate(over="ignore", invalid="ignore")  # what is lost is told by the table
 def run_starts(cell: Cell, starts: slice) -> pd.DataFrame:
     """Returns the rows of some consecutive starts of a cell, run side by side."""
-    experiment, campaign = cell.experiment(starts), cell.campaign
-    simulation = _simulation(experiment, campaign.backend)
-    statistics = statistics_of(campaign, experiment)
-    failure = experiment.record(simulation, statistics)
-    if failure is not None:  # of the law itself; a robot that is lost is a figure
-        raise failure
-    return rows_of(cell, starts.start, outcomes_of(statistics, campaign, experiment, simulation.lost))
-
-
-def _simulation(experiment: Experiment, backend: str) -> IdealSimulation | MujocoSimulation:
-    spec, size = experiment.scene, experiment.size
-    if backend == "ideal":
-        names, plant = experiment.network.names, experiment.robot.plant
-        return IdealSimulation(names, plant, experiment.dt, spec.ground, virtual_root=True, keep_going=True, size=size)
-    batch = experiment.start.g.shape[:1]
-    scene = stepped_scene(spec, experiment.robot)
-    return MujocoSimulation(scene, experiment.dt, batch, spec=spec, keep_going=True, size=size)
+    return rows_of(cell, starts.start, run_outcomes(cell.campaign, cell.experiment(starts)))
 
 
 def parts_of(cell: Cell, folder: Path) -> Iterator[Part]:

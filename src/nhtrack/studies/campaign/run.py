@@ -33,7 +33,7 @@ from nhtrack.studies.tune.run import find_gains
 from nhtrack.terminal.progress import Observer, Stage, Tell, shown_progress
 
 # What gains depend on, with the time scale; neither backend nor starts.
-_TUNED_BY = ("duration", "robot", "physics", "control_rate", "laws", "families", "tuning")
+_TUNED_BY = ("duration", "robot", "physics", "control_rate", "delay", "noise", "laws", "families", "tuning")
 
 Key = tuple[str, str]
 Task = TypeVar("Task")
@@ -211,7 +211,7 @@ def _take_gains(campaign: Campaign, source: Path, folder: Path) -> None:
     if not account.is_file():
         raise CampaignError(f"{source} holds no campaign")
     held, asked = json.loads(account.read_text()), campaign.model_dump(mode="json")
-    changed = [key for key in _TUNED_BY if held["asked"][key] != asked[key]]
+    changed = [key for key in _TUNED_BY if held["asked"].get(key) != asked[key]]
     changed += ["similarity.time"] if held["time_scale"] != campaign.similarity.time_scale else []
     if changed:
         raise CampaignError(f"{source} was tuned for something else: {', '.join(changed)} differ")
