@@ -80,7 +80,7 @@ class Gains(NamedTuple):
             above=0.0,
         ),
     ] = 3.0
-    window: Annotated[float, Gain("T", "how long the leader's motion is remembered", above=0.0)] = 3.0
+    window: Annotated[float, Gain("T", "how long the leader's motion is remembered", above=0.0)] = 5.0
     smoothing: Annotated[float, Gain("T", "time constant of the leader's motion as it is pursued", above=0.0)] = 0.6
     near_radius: Annotated[float, Gain("L", "distance within which a lively leader is near", above=0.0)] = 0.75
     dock_radius: Annotated[
@@ -272,11 +272,12 @@ def _calm(
 
 def beyond(gains: Gains, period: float, leader: LeaderMotion) -> tuple[str, ...]:
     """Returns that periods are too long, or that the leader accelerates for too long or starts too suddenly."""
-    speed, smoothing = gains.field_speed, gains.smoothing
+    slow, speed, rest, smoothing = gains.least_speed, gains.field_speed, RESTED * gains.window, gains.smoothing
+    sudden = starts_from_rest(period, leader, slow, rest / 2, smoothing / 3, SUDDEN * speed)
     return (
         *sampled_too_seldom(period, gains.k_inner, gains.k_theta),
         *accelerates(period, leader, LONG * smoothing, speed / smoothing, "field_speed/smoothing"),
-        *starts_from_rest(period, leader, gains.least_speed, RESTED * gains.window, smoothing, SUDDEN * speed),
+        *(sudden or starts_from_rest(period, leader, slow, rest, smoothing, SUDDEN * speed)),
     )
 
 
