@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-_MOST_NAMES = 40  # that a message lists
+_MOST_NAMES = 60  # that a message lists
 _LONGEST_NAME = 200  # letters of a name that its nearest is looked for with
 
 
