@@ -48,7 +48,8 @@ def _loaded(source: Path) -> xr.Dataset:
 
     at = ""
     try:
-        h5py.File(source).close()  # h5netcdf leaves half an object behind where this fails, which prints a traceback
+        with h5py.File(source) as file:  # where these fail h5netcdf leaves half an object, which prints a traceback
+            file.attrs.get("_nc3_strict")
         with xr.open_dataset(source, engine="h5netcdf") as dataset:
             for name in dataset.variables:
                 at = f"{name}: "
