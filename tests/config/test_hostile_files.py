@@ -249,3 +249,27 @@ def test_of_many_names_the_first_are_listed_and_the_nearest_is_found(count: int)
     assert len(told) < 500
     assert told.endswith(f" and {count - 60} more") == (count > 60)
     assert told.startswith("did you mean 'f1998'? ") == (count == 2000)
+
+
+# -- what MuJoCo takes otherwise -------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("friction", ["1e-6", "1e-9", "5e-324", "9.9e-6", "1/200000"])
+@pytest.mark.parametrize("given", ["friction: {}", "patches: [{{friction: {}, disc: [0, 0, 1]}}]"])
+def test_friction_that_mujoco_takes_for_another_is_refused(given: str, friction: str) -> None:
+    (line,) = faults_of(f"{CASE}physics: {{{given.format(friction)}}}\n")
+    assert "friction: expected 0, or at least 1e-05, the least that MuJoCo takes, got " in line
+
+
+@pytest.mark.parametrize("friction", ["0", "1e-5", "2e-5"])
+def test_friction_that_mujoco_takes_as_it_is_may_stand(friction: str) -> None:
+    load_text(f"{CASE}physics: {{friction: {friction}}}\n")
+
+
+@pytest.mark.parametrize("seconds", [200, 5000, 20000])
+def test_of_long_runs_formulas_are_judged_soon(seconds: int) -> None:
+    text = CASE.replace("duration: 10", f"duration: {seconds}")
+    begin = time.process_time()
+    load_text(text)
+    assert time.process_time() - begin < SECONDS
+    assert faults_of(text.replace("0.2*cos(t)", f"sqrt({0.99 * seconds} - t)"))

@@ -192,7 +192,7 @@ def _changed_bytes(data: bytes, dice: random.Random) -> bytes:
 def mutant(seed: int, number: int) -> Mutant:
     """Returns a mutant."""
     dice = random.Random(f"{seed} {number}")
-    kind = dice.choices(("text", "formula", "columns", "recording", "robot"), (12, 5, 4, 1.5, 0.4))[0]
+    kind = dice.choices(("text", "formula", "columns", "recording", "robot"), (12, 5, 4, 1.2, 0.25))[0]
     if kind == "recording":
         return Mutant(kind, "recording", _changed_bytes(recording(), dice))
     if kind == "formula":
