@@ -21,7 +21,10 @@ from typing import TypeAlias
 import numpy as np
 
 from nhtrack import assets
-from nhtrack.errors import NhtrackError, ScenarioError
+from nhtrack.cli.scenarios import _beforehand
+from nhtrack.config.campaign import Campaign
+from nhtrack.config.scenario import Scenario
+from nhtrack.errors import FeasibilityError, NhtrackError, RefusedError, ScenarioError
 from nhtrack.experiment.load import load_either, load_text
 from nhtrack.recording import Recording, make_recording
 
@@ -216,17 +219,22 @@ def _bytes(text: str) -> bytes:
 # -- judgement -------------------------------------------------------------------------------------
 
 
-def judged(mutant: Mutant, folder: Path) -> Verdict:
+def judged(mutant: Mutant, folder: Path, whole: bool = False) -> Verdict:
     """Returns what `nhtrack validate` says of a mutant, or what reading it says of a recording.
 
     Args:
         mutant: which.
         folder: an empty one to write it to.
+        whole: whether what can be run is asked for its warnings, too, which takes longer than all the rest.
     """
     begin = time.process_time()
     said = broken = ""
     try:
-        _read(mutant, folder)
+        loaded = _read(mutant, folder)
+        if whole and loaded is not None:
+            _beforehand(loaded)
+    except (FeasibilityError, RefusedError) as error:
+        said = str(error)
     except NhtrackError as error:
         said, broken = str(error), _untold(mutant, error)
     except Exception:  # this is what is looked for
@@ -237,13 +245,13 @@ def judged(mutant: Mutant, folder: Path) -> Verdict:
     return Verdict(mutant, said, broken, seconds)
 
 
-def _read(mutant: Mutant, folder: Path) -> None:
+def _read(mutant: Mutant, folder: Path) -> Scenario | Campaign | None:
     if mutant.kind == "recording":
         file = folder / "mutant.nc"
         file.write_bytes(mutant.data)
         found = Recording.load(file).scenario
         assert found.name == "mutant"
-        return
+        return None
     file = folder / "mutant.yaml"
     if mutant.kind == "columns":
         (folder / "mutant.csv").write_bytes(mutant.data)
@@ -253,7 +261,7 @@ def _read(mutant: Mutant, folder: Path) -> None:
         file.write_text(_SCENARIO.format(given="{u_x: 0.1, u_theta: 0}") + "robot: mutant.xml\n")
     else:
         file.write_bytes(mutant.data)
-    load_either(file)
+    return load_either(file)
 
 
 def _untold(mutant: Mutant, error: NhtrackError) -> str:
@@ -267,11 +275,11 @@ def _untold(mutant: Mutant, error: NhtrackError) -> str:
     return "" if placed else f"without a line: {error}"
 
 
-def verdicts(seed: int, count: int) -> Iterable[Verdict]:
-    """Yields what became of the mutants of a seed."""
+def verdicts(seed: int, count: int, whole: bool = False) -> Iterable[Verdict]:
+    """Yields what became of the mutants of a seed; see `judged`."""
     with tempfile.TemporaryDirectory() as folder:
         for number in range(count):
-            yield judged(mutant(seed, number), Path(folder))
+            yield judged(mutant(seed, number), Path(folder), whole)
 
 
 def main() -> int:
@@ -282,7 +290,7 @@ def main() -> int:
     options = parser.parse_args()
     kinds: dict[str, int] = {}
     faulty, broken, slowest = 0, 0, 0.0
-    for number, verdict in enumerate(verdicts(options.seed, options.count)):
+    for number, verdict in enumerate(verdicts(options.seed, options.count, whole=True)):
         kinds[verdict.mutant.kind] = kinds.get(verdict.mutant.kind, 0) + 1
         faulty += bool(verdict.said)
         slowest = max(slowest, verdict.seconds)
