@@ -26,11 +26,11 @@ def family_findings(tree: Mapping[str, Any], clock: Clock) -> Iterator[Finding]:
     families, seen = lookup(tree, ("families",)), set[str]()
     for i, family in enumerate(families if isinstance(families, list) else ()):
         at: Path = ("families", i)
-        named = family if isinstance(family, str) else lookup(family, ("name",))
-        for name in SETS.get(named, (named,)) if isinstance(named, str) else ():
-            if name in seen:
+        named = lookup(family, ("name",))
+        for name in SETS.get(family, (family,)) if isinstance(family, str) else (named,):
+            if isinstance(name, str) and name in seen:
                 yield at, f"two families are called {name!r}"
-            seen.add(name)
+            seen.add(str(name))
         if not isinstance(family, Mapping):
             continue
         if "grid" in family:
