@@ -32,7 +32,7 @@ OSMESA_PACKAGES := libosmesa6
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help demo test check coverage bench docs site gallery clean
+.PHONY: help demo test check fuzz coverage bench docs site gallery clean
 
 help:  ## list these commands
 	@sed -n 's/^\([a-z]*\):.*## \(.*\)/  make \1\t\2/p' Makefile | expand -t 16
@@ -51,6 +51,9 @@ check: $(DEV)  ## lint, types, import rules and the fast tests
 	@$(BIN)/mypy --no-error-summary
 	@$(BIN)/lint-imports --no-logo >$(VENV)/lint-imports.txt || { cat $(VENV)/lint-imports.txt; exit 1; }
 	@$(BIN)/python -m pytest -q $(PARALLEL) -m "not slow"
+
+fuzz: $(DEV)  ## judge N=1000 changed files of all kinds, of SEED=... (by default a fresh one)
+	@$(BIN)/python -W error tests/fuzz/mutants.py --count $(or $(N),1000) $(if $(SEED),--seed $(SEED))
 
 coverage: $(DEV)  ## what share of the lines the fast tests run
 	@$(compile)

@@ -116,6 +116,41 @@ def test_unknown_backend(monkeypatch):
         gl.choose_backend()
 
 
+def device_answers(monkeypatch, drawing: set[str | None]) -> None:
+    """Has EGL draw where the variable of its device is one of these, None for where it is not set."""
+
+    def fake(backend: str) -> gl.Probe:
+        device = os.environ.get("MUJOCO_EGL_DEVICE_ID")
+        drawn = backend == "egl" and device in drawing
+        return gl.Probe(backend, renderer="fake") if drawn else gl.Probe(backend, failure=f"no {backend} on {device}")
+
+    monkeypatch.setattr(gl, "probe", fake)
+
+
+@pytest.mark.parametrize("device", ["5", "-1", "x", "", "0.5"])
+def test_a_device_that_does_not_draw_is_left_out_with_its_reason(monkeypatch, device):
+    monkeypatch.setenv("MUJOCO_EGL_DEVICE_ID", device)
+    device_answers(monkeypatch, {None})
+    with pytest.warns(UserWarning, match=f"^MUJOCO_EGL_DEVICE_ID={device} is left out: no egl on {device}$"):
+        assert gl.find_backend().backend == "egl"
+    assert "MUJOCO_EGL_DEVICE_ID" not in os.environ
+
+
+def test_a_device_that_draws_is_kept(monkeypatch):
+    monkeypatch.setenv("MUJOCO_EGL_DEVICE_ID", "1")
+    device_answers(monkeypatch, {"1"})
+    assert gl.find_backend().ok
+    assert os.environ["MUJOCO_EGL_DEVICE_ID"] == "1"
+
+
+def test_where_no_device_draws_both_reasons_are_told(monkeypatch):
+    monkeypatch.setenv("MUJOCO_EGL_DEVICE_ID", "5")
+    device_answers(monkeypatch, set())
+    with pytest.raises(RenderError, match="with MUJOCO_EGL_DEVICE_ID=5: no egl on 5; without: no egl on None"):
+        gl.find_backend()
+    assert os.environ["MUJOCO_EGL_DEVICE_ID"] == "5"
+
+
 def test_nothing_draws_names_the_packages_in_one_line(monkeypatch):
     answers(monkeypatch, set())
     with pytest.raises(RenderError) as caught:

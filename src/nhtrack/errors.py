@@ -7,6 +7,9 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+_MOST_NAMES = 60  # that a message lists
+_LONGEST_NAME = 200  # letters of a name that its nearest is looked for with
+
 
 class NhtrackError(Exception):
     """Root of every error the package raises on purpose."""
@@ -86,12 +89,18 @@ class ScenarioError(NhtrackError):
 
     def _line(self, fault: Fault) -> str:
         where = f"{self.source}:{fault.line}:{fault.column}" if fault.line else self.source
-        return f"{where}: {fault.key}: {fault.message}" if fault.key else f"{where}: {fault.message}"
+        return printable(f"{where}: {fault.key}: {fault.message}" if fault.key else f"{where}: {fault.message}")
+
+
+def printable(text: str) -> str:
+    """Returns a text in one line, with an escape for each character that a screen would obey or cannot show."""
+    return "".join(each if each.isprintable() else each.encode("unicode_escape").decode() for each in text)
 
 
 def did_you_mean(given: str, available: Iterable[str]) -> str:
-    """Returns a clause naming the nearest available name and all of them, for an error message."""
+    """Returns a clause for messages, naming the nearest available name and all of them, or the first of many."""
     names = [str(name) for name in available]
-    nearest = difflib.get_close_matches(given, names, n=1, cutoff=0.5)
+    nearest = difflib.get_close_matches(given[:_LONGEST_NAME], names, n=1, cutoff=0.5)
     hint = f"did you mean {nearest[0]!r}? " if nearest else ""
-    return f"{hint}available: {', '.join(names) if names else 'none'}"
+    rest = f" and {len(names) - _MOST_NAMES} more" if len(names) > _MOST_NAMES else ""
+    return f"{hint}available: {', '.join(names[:_MOST_NAMES]) if names else 'none'}{rest}"

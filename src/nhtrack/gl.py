@@ -19,6 +19,7 @@ import os
 import subprocess
 import sys
 import textwrap
+import warnings
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -33,6 +34,7 @@ _OFF = frozenset({"disable", "disabled", "off", "false", "0"})
 _ANY = frozenset({"", "enable", "enabled", "on", "true", "1"})
 _WINDOWED = {"glx": "glfw", "wgl": "glfw"}  # MuJoCo's other names for contexts made by GLFW
 _PROBE_SECONDS = 60.0
+_DEVICE = "MUJOCO_EGL_DEVICE_ID"  # which of the machine's devices EGL draws on
 
 # Draws a ball and says what drew it. A driver that loads but draws nothing returns an image without contrast.
 _PROBE_SCRIPT = """
@@ -133,11 +135,24 @@ def find_backend() -> Probe:
     attempts = []
     for candidate in candidates:
         attempt = probe(candidate)
+        if candidate == "egl" and not attempt.ok and _DEVICE in os.environ:
+            attempt = _without_device(attempt)
         if attempt.ok:
             _announce(candidate)
             return attempt
         attempts.append(attempt)
     raise RenderError(_complaint(asked not in _ANY, attempts))
+
+
+def _without_device(failed: Probe) -> Probe:
+    """Returns what EGL draws without the user's choice of a device, which is given up where it does, with a warning."""
+    number = os.environ.pop(_DEVICE)
+    attempt = probe(failed.backend)
+    if attempt.ok:
+        warnings.warn(f"{_DEVICE}={number} is left out: {failed.failure}", stacklevel=2)
+        return attempt
+    os.environ[_DEVICE] = number
+    return Probe(failed.backend, failure=f"with {_DEVICE}={number}: {failed.failure}; without: {attempt.failure}")
 
 
 def withhold() -> None:
@@ -192,7 +207,7 @@ def _announce(backend: str) -> None:
 
 def _complaint(one_asked: bool, attempts: list[Probe]) -> str:
     packages = " or ".join(PACKAGES.get(attempt.backend, "a window system") for attempt in attempts)
-    reasons = "; ".join(f"{attempt.backend}: {textwrap.shorten(attempt.failure, 90)}" for attempt in attempts)
+    reasons = "; ".join(f"{attempt.backend}: {textwrap.shorten(attempt.failure, 300)}" for attempt in attempts)
     if one_asked:
         backend = attempts[0].backend
         remedy = f"install {packages}, or unset MUJOCO_GL to try others"

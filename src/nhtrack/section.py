@@ -6,6 +6,7 @@ import math
 from typing import Annotated, Any, Self, TypeAlias
 
 from pydantic import (
+    AfterValidator,
     BaseModel,
     BeforeValidator,
     ConfigDict,
@@ -20,12 +21,22 @@ from nhtrack.errors import did_you_mean
 
 # YAML lists become tuples, which stay frozen; only the container is converted, never what is in it.
 Point: TypeAlias = Annotated[tuple[float, float], Field(strict=False)]
+LEAST_FRICTION = 1e-5  # mjMINMU, a coefficient that MuJoCo takes for any below it
 Finding: TypeAlias = tuple[tuple[str | int, ...], str]  # what is wrong between keys: path in the file, and message
 
 
 def fault(message: str) -> PydanticCustomError:
     """Returns the error by which a validator reports a message of its own."""
     return PydanticCustomError("fault", "{message}", {"message": message})
+
+
+def _friction(value: float) -> float:
+    if 0 < value < LEAST_FRICTION:
+        raise fault(f"expected 0, or at least {LEAST_FRICTION:g}, the least that MuJoCo takes, got {value:g}")
+    return value
+
+
+Friction: TypeAlias = Annotated[float, Field(ge=0), AfterValidator(_friction)]
 
 
 def is_finite(value: Any) -> bool:

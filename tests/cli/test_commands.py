@@ -15,6 +15,7 @@ from typer.testing import CliRunner, Result
 import nhtrack
 from nhtrack import assets
 from nhtrack.cli import app
+from nhtrack.config.tree import parse_yaml
 from nhtrack.errors import RobotError, SimulationDiverged
 from nhtrack.experiment.load import load
 from nhtrack.recording import Recording
@@ -169,6 +170,23 @@ def test_init_writes_a_scenario_that_runs_under_its_own_name(tmp_path: Path) -> 
     assert load("mine.yaml").name == "mine"
     assert load("mine.yaml").law == load("tour/hello").law
     assert (tmp_path / "mine.yaml").read_text().count("#") > 10
+
+
+@pytest.mark.parametrize(
+    ("overrides", "told"),
+    [
+        ({"duration": 200}, ""),
+        ({"duration": 600}, "60000 control periods of 64 robots are 2.7 GB of rows, more than the 1 GB that memory"),
+        ({"duration": 600, "record": {"every": 10}}, ""),
+        ({"duration": 6000, "control_rate": 10}, "60000 control periods of 64 robots are 2.7 GB of rows"),
+    ],
+)
+def test_validate_says_how_large_a_recording_will_be(overrides: dict[str, Any], told: str, tmp_path: Path) -> None:
+    tree = parse_yaml(assets.find_scenario("stress/formation64").read_text()).tree | overrides
+    (tmp_path / "long.yaml").write_text(json.dumps(tree))
+    warnings = [line for line in invoke("validate", "long.yaml").stderr.splitlines() if "GB" in line]
+    assert len(warnings) == bool(told)
+    assert all(told in line for line in warnings)
 
 
 def test_init_never_replaces_a_file_unless_told(tmp_path: Path) -> None:

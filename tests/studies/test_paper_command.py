@@ -162,11 +162,11 @@ def test_an_unknown_example_is_told_the_known_ones() -> None:
 @pytest.mark.slow
 def test_a_missing_or_partial_recording_is_named(tmp_path: Path) -> None:
     result = invoke("--from", tmp_path, "--out", "page", "--examples", "4")
-    assert result.exit_code == 1
+    assert result.exit_code == 2
     assert "example4-ideal.nc: no such recording" in result.stderr
     stand_in("example4", "ideal", stop=30.0).save(tmp_path / "recordings" / "example4-ideal.nc")
     result = invoke("--from", tmp_path, "--out", "page", "--examples", "4")
-    assert result.exit_code == 1
+    assert result.exit_code == 2
     assert "example4-ideal.nc: this run is interrupted" in result.stderr
     assert not (tmp_path / "page").exists()
 

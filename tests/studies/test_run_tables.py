@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import io
 from typing import Any
 
 import pytest
 from rich.console import Console
 
+from nhtrack.presentation.result_table import ResultTable, TableRow
 from nhtrack.studies.run.tables import followers_table
 from nhtrack.terminal.screen import rich_table
 
@@ -38,3 +40,11 @@ def test_of_many_robots_the_worst_are_shown_and_the_table_says_so(unknown: float
     rows = printed({f"f{k}": 0.1 * k for k in range(40)} | {"lost": unknown})
     assert rows[:13] == ["lost", *(f"f{k}" for k in range(39, 28, -1)), "settled:"]
     assert rows[-1] == "the"
+
+
+@pytest.mark.parametrize("name", ["[red]x[-]", "[/]", "[bold", "[link=x]y[/link]", "\\[red]x", "a]b["])
+def test_names_are_no_markup_of_the_terminal(name: str) -> None:
+    table = ResultTable(name, (name, "figure"), (TableRow((name, "1")),), notes=(name,))
+    console = Console(width=200, file=io.StringIO(), force_terminal=False)
+    console.print(rich_table(table))
+    assert console.file.getvalue().count(name) == 4

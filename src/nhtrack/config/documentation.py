@@ -133,7 +133,8 @@ start from, `nhtrack validate` checks one and warns of leaders beyond law or rob
 JSON Schema for editors, and `nhtrack run --set key.path=value` changes any key.
 
 Scenario units are whatever lengths and times the file is written in; `similarity` maps them to metres and
-seconds. Angles are radians. A relative path starts from the file's folder.
+seconds. Angles are radians. A relative path starts from the file's folder. Wherever a number is wanted a formula of
+numbers may stand, such as `6*pi` or `sqrt(2)/2` (see [Formulas](#formulas)).
 """
 
 _CAMPAIGNS = """# Campaign files

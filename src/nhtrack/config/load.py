@@ -14,14 +14,18 @@ from nhtrack import assets
 from nhtrack.config.campaign import Campaign, campaign_findings
 from nhtrack.config.changes import apply_overrides, parse_override
 from nhtrack.config.checks import Checks, findings, no_checks
+from nhtrack.config.formulas import formulas_in, with_values
 from nhtrack.config.messages import shape_faults
 from nhtrack.config.named_files import with_named_files
 from nhtrack.config.scenario import Scenario
 from nhtrack.config.tree import Document, Path, ancestors, dotted, parse_yaml
 from nhtrack.errors import Fault, ScenarioError, did_you_mean
+from nhtrack.files.text import TextError, exists, read_text
 from nhtrack.section import Finding, Section
 
 Kind = TypeVar("Kind", bound=Section)
+
+_MOST_BYTES = 4 * 10**6  # of a file; columns longer than that have files of their own
 
 
 @dataclass(frozen=True)
@@ -72,7 +76,7 @@ class Loader:
         if str(source) in assets.bundled_campaigns():
             return self.load_campaign(source)
         path = FilePath(source)
-        if not path.is_file():
+        if not exists(path) or path.is_dir():
             return self.load(source)
         document = _parsed(path)
         form: _Form[Any] = _CAMPAIGN if is_campaign(document.tree) else _SCENARIO
@@ -145,12 +149,12 @@ class Loader:
             raise ScenarioError(source, [_CAMPAIGN_FAULT])
         tree = apply_overrides(document.tree, overrides)
         changed = {parse_override(text)[0]: text for text in overrides}
-        problems: list[tuple[Path, str]] = []
-        loaded = None
-        tree = with_named_files(tree, directory, problems)
-        try:
-            loaded = form.model.model_validate(tree)
-        except ValidationError as error:
+        tree, problems = with_named_files(tree, directory)
+        loaded, error = _validated(form.model, tree)
+        if error is not None and (numbers := formulas_in(tree, error)):
+            tree, problems = with_named_files(with_values(tree, numbers), directory)
+            loaded, error = _validated(form.model, tree)
+        if error is not None:
             problems += shape_faults(tree, error)
         known = {path for path, _ in problems}
         found = form.findings(tree, directory, self.checks)
@@ -161,6 +165,14 @@ class Loader:
         if faults or loaded is None:
             raise ScenarioError(source, list(dict.fromkeys(faults)))
         return loaded
+
+
+def _validated(model: type[Kind], tree: Any) -> tuple[Kind | None, ValidationError | None]:
+    """Returns what a tree says, or what is wrong with it."""
+    try:
+        return model.model_validate(tree), None
+    except ValidationError as error:
+        return None, error
 
 
 def _placed(path: Path, message: str, document: Document, changed: Mapping[Path, str]) -> Fault:
@@ -175,9 +187,9 @@ def _placed(path: Path, message: str, document: Document, changed: Mapping[Path,
 def _path_of(source: str | FilePath, form: _Form[Any]) -> FilePath:
     """Returns the file meant by a path or by the name of a bundled file."""
     path, kind = FilePath(source), form.model.__name__.lower()
-    if path.is_dir():
-        raise ScenarioError(source, [Fault(0, 0, "", f"this is a directory; name a {kind} file in it")])
-    if path.exists():
+    if exists(path):
+        if path.is_dir():
+            raise ScenarioError(source, [Fault(0, 0, "", f"this is a directory; name a {kind} file in it")])
         return path
     name, bundled = str(source), form.bundled()
     if name in bundled:
@@ -191,13 +203,6 @@ def _path_of(source: str | FilePath, form: _Form[Any]) -> FilePath:
 def _parsed(path: FilePath) -> Document:
     """Returns the tree of a file."""
     try:
-        data = path.read_bytes()
-    except OSError as error:
-        raise ScenarioError(path, [Fault(0, 0, "", f"cannot be read: {error.strerror}")]) from None
-    try:
-        return parse_yaml(data.decode("utf-8-sig"))
-    except UnicodeDecodeError as error:
-        line = data.count(b"\n", 0, error.start) + 1
-        column = error.start - data.rfind(b"\n", 0, error.start)
-        message = f"not UTF-8 text (byte 0x{data[error.start]:02x}); save the file as UTF-8"
-        raise ScenarioError(path, [Fault(line, column, "", message)]) from None
+        return parse_yaml(read_text(path, _MOST_BYTES))
+    except TextError as error:
+        raise ScenarioError(path, [Fault(error.line, error.column, "", error.reason)]) from None

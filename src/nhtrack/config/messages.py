@@ -119,13 +119,16 @@ def _wrong_length(name: str, given: int) -> str:
 
 def _unquoted(given: Any) -> str:
     """Returns the advice that a number given as text needs."""
-    if not isinstance(given, str):
-        return ""
+    return "; write it without quotes" if isinstance(given, str) and is_number(given) else ""
+
+
+def is_number(text: str) -> bool:
+    """Returns whether a text is a number that needs no quotes."""
     try:
-        float(given)
+        float(text)
     except ValueError:
-        return ""
-    return "; write it without quotes"
+        return False
+    return True
 
 
 def shown(value: Any) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping
 from pathlib import Path as FilePath
 from typing import Any
@@ -16,10 +17,14 @@ from nhtrack.robots.contract import is_robot_file
 from nhtrack.section import Finding
 
 
-def with_named_files(tree: Any, directory: FilePath, problems: list[Finding]) -> Any:
-    """Returns the tree with the files it names found: robot and law by full paths, those of the input read."""
+def with_named_files(tree: Any, directory: FilePath) -> tuple[Any, list[Finding]]:
+    """Returns the tree with the files it names found: robot and law by full paths, those of the input read.
+
+    What is wrong with the files comes with it, as paths and messages.
+    """
+    problems: list[Finding] = []
     if not isinstance(tree, dict):
-        return tree
+        return tree, problems
     resolved = {**tree, **_law_files(tree, directory), **_robot_file(tree, directory)}
     if isinstance(lookup(tree, INPUT), dict):
         resolved["leader"] = _with_start(_with_input(tree["leader"], ("leader",), directory, problems))
@@ -27,7 +32,7 @@ def with_named_files(tree: Any, directory: FilePath, problems: list[Finding]) ->
         resolved["families"] = [
             _with_input(family, ("families", i), directory, problems) for i, family in enumerate(families)
         ]
-    return resolved
+    return resolved, problems
 
 
 def _with_input(section: Any, at: Path, directory: FilePath, problems: list[Finding]) -> Any:
@@ -60,8 +65,13 @@ def _robot_file(tree: Mapping[str, Any], directory: FilePath) -> dict[str, Any]:
     file = robot.get("file") if isinstance(robot, dict) else robot
     if not isinstance(file, str) or file in assets.robots() or not is_robot_file(file):
         return {}
-    found = str((directory / file).resolve())
+    found = _full(directory, file)
     return {"robot": {**robot, "file": found} if isinstance(robot, dict) else found}
+
+
+def _full(directory: FilePath, file: str) -> str:
+    """Returns the full path of a file, of whose name nothing is known yet."""
+    return os.path.abspath(directory / file)  # Path.resolve raises where no file can have the name
 
 
 def _law_files(tree: Mapping[str, Any], directory: FilePath) -> dict[str, Any]:
@@ -69,7 +79,7 @@ def _law_files(tree: Mapping[str, Any], directory: FilePath) -> dict[str, Any]:
 
     def found(law: Any) -> Any:
         if isinstance(law, dict) and isinstance(law.get("file"), str) and law["file"]:
-            return {**law, "file": str((directory / law["file"]).resolve())}
+            return {**law, "file": _full(directory, law["file"])}
         return law
 
     several = tree.get("laws")

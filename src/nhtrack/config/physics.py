@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Literal
 from pydantic import Field, create_model
 
 from nhtrack.effects import effect_kinds
-from nhtrack.section import Section
+from nhtrack.section import Friction, Section
 
 
 class Contact(Section):
@@ -29,7 +29,7 @@ class _Stepping(Section):
     """How MuJoCo steps, and what the robots are up against."""
 
     timestep: float = Field(default=0.001, ge=1e-6, le=0.1, description="physics step on the robot's clock [s]")
-    friction: float = Field(default=1.0, ge=0, description="Coulomb friction coefficient of wheels and floor [1]")
+    friction: Friction = Field(default=1.0, description="Coulomb friction coefficient of wheels and floor [1]")
     contact: Contact = Field(default=Contact(), description="how wheels meet the floor")
     robot_contact: bool = Field(
         default=False,

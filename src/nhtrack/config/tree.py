@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 from typing import Any, TypeAlias
 
 from ruamel.yaml import YAML
+from ruamel.yaml.composer import MaxDepthExceededError
 from ruamel.yaml.error import MarkedYAMLError, YAMLError
 from ruamel.yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
 
@@ -21,7 +22,12 @@ Path: TypeAlias = tuple[str | int, ...]  # keys of mappings and indices of lists
 Position: TypeAlias = tuple[int, int]  # one-based line and column
 
 _PLAIN_TAGS = {f"tag:yaml.org,2002:{name}" for name in ("null", "bool", "int", "float", "str", "map", "seq")}
+DEEPEST = 40  # lists and sections within each other; keeps a hostile text from exhausting Python's stack
 _STEP = re.compile(r"(?:^|\.)(?P<key>[^.\[\]]+)|\[(?P<index>\d+)\]")
+
+
+# What has no place in a name of a file or on a screen: controls other than tabs and line ends, halves of letters.
+_UNWRITABLE = re.compile(r"[^\t\n\r\x20-\x7e\x85\xa0-\ud7ff\ue000-\U0010ffff]")
 
 
 @dataclass
@@ -82,14 +88,13 @@ def lookup(tree: Any, path: Iterable[str | int], default: Any = None) -> Any:
 def parse_yaml(text: str) -> Document:
     """Returns the tree of a YAML 1.2 text with the place of every key; what is wrong is in its `faults`."""
     yaml = YAML(typ="safe", pure=True)
+    yaml.max_depth = DEEPEST
+    yaml.composer.warn_double_anchors = False  # they are a fault by themselves
     document = Document()
     try:
         root = yaml.compose(text)
     except YAMLError as error:
         document.faults.append(_syntax_fault(text, error))
-        return document
-    except RecursionError:
-        document.faults.append(Fault(0, 0, "", "not a scenario: lists or sections are nested without end"))
         return document
     if root is None:
         document.faults.append(Fault(0, 0, "", "the file is empty; `nhtrack init` writes a scenario to start from"))
@@ -121,17 +126,22 @@ class _Walk:
         if isinstance(node, SequenceNode):
             return self._sequence(node, path)
         try:
-            return self._yaml.constructor.construct_object(node, deep=True)
-        except (YAMLError, ValueError) as error:
-            return self._unreadable(_position(node), path, f"cannot be read: {error}")
+            value = self._yaml.constructor.construct_object(node, deep=True)
+        except (YAMLError, ValueError, LookupError):  # of a tag that its text does not fit
+            return self._unreadable(_position(node), path, f"{node.value!r} cannot be read as {_short_tag(node)}")
+        if isinstance(value, str) and (strange := _UNWRITABLE.search(value)):
+            message = f"a text holds letters, not the control character {strange.group()!r}"
+            return self._unreadable(_position(node), path, message)
+        return value
 
     def _mapping(self, node: MappingNode, path: Path) -> dict[str, Any]:
         tree: dict[str, Any] = {}
         for key_node, value_node in node.value:
-            here = (*path, str(key_node.value))
             if not isinstance(key_node, ScalarNode):
                 self._fault(_position(key_node), path, "a key must be a plain word")
-            elif here[-1] in tree:
+                continue
+            here = (*path, str(key_node.value))
+            if here[-1] in tree:
                 first = self._document.positions[here][0]
                 message = f"key is given twice, first on line {first}; keep one"
                 self._fault(_position(key_node), here, message)
@@ -168,6 +178,8 @@ def _syntax_fault(text: str, error: YAMLError) -> Fault:
     if isinstance(error, MarkedYAMLError):
         mark = error.problem_mark or error.context_mark
         detail = " ".join(part for part in (error.context, error.problem) if part)
+        if isinstance(error, MaxDepthExceededError):
+            detail = f"lists and sections within each other, more than {DEEPEST} deep"
         line, column = (mark.line + 1, mark.column + 1) if mark else (0, 0)
         return Fault(line, column, "", f"not valid YAML: {detail}")
     position = int(getattr(error, "position", 0))

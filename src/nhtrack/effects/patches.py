@@ -15,7 +15,7 @@ from pydantic import AfterValidator, Field, model_validator
 from nhtrack.colours import GRIP, ICE, rgb
 from nhtrack.effects.contract import Effect
 from nhtrack.ground import Ground, Patch
-from nhtrack.section import Section, fault, values_of
+from nhtrack.section import Friction, Section, fault, values_of
 
 _UNLIKE_FLOOR = 0.3  # change of friction at which a patch is drawn in full colour
 _FLOOR = (0.65, 0.67, 0.70)  # colour of the floor, which fainter patches come nearer to
@@ -49,7 +49,7 @@ Rectangle: TypeAlias = Annotated[
 class PatchSection(Section):
     """A region of the floor with a friction coefficient of its own: a disc or a rectangle."""
 
-    friction: float = Field(ge=0, description="Coulomb friction coefficient of wheels on it [1]; ice has about 0.05")
+    friction: Friction = Field(description="Coulomb friction coefficient of wheels on it [1]; ice has about 0.05")
     disc: Disc | None = Field(default=None, description="its centre and radius, [x, y, r] [scenario length]")
     rectangle: Rectangle | None = Field(
         default=None, description="its sides, [x_min, x_max, y_min, y_max] [scenario length]"

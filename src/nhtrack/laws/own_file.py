@@ -9,6 +9,7 @@ from pathlib import Path
 from types import ModuleType
 
 from nhtrack.errors import RefusedError
+from nhtrack.files.text import exists
 
 _MARK = "\ufeff"  # that some editors begin a file with
 
@@ -23,8 +24,7 @@ def read_source(path: str | Path) -> tuple[Path, str]:
     Raises:
         LawError: no such file, or no text.
     """
-    file = Path(path).resolve()
-    if not file.is_file():
+    if not exists(Path(path)) or not (file := Path(path).resolve()).is_file():
         raise LawError(f"{path}: no such file")
     try:
         return file, file.read_bytes().decode("utf-8")  # its hash is that of the file: line ends stay

@@ -17,7 +17,9 @@ import numpy as np
 
 from nhtrack.errors import RecordingError
 from nhtrack.files.atomic import atomic_path
-from nhtrack.recording.variables import COMPONENTS, VARIABLES
+from nhtrack.files.checksums import with_checksums
+from nhtrack.recording.reading import read_dataset
+from nhtrack.recording.variables import COMPONENTS, FORMAT_VERSION, VARIABLES
 from nhtrack.simulation.spec import SceneSpec
 from nhtrack.views import drawn_by
 
@@ -26,8 +28,6 @@ if TYPE_CHECKING:
 
     from nhtrack.config.scenario import Scenario
     from nhtrack.recording.scenario import LawText
-
-FORMAT_VERSION = 2  # 2: the scene's physical effects stand by their keys
 
 _LARGE = 10**9  # bytes of a recording that is not saved by way of memory
 
@@ -218,15 +218,15 @@ class Recording:
         return dict(json.loads(self.dataset.attrs["versions"]))
 
     def save(self, path: str | Path) -> Path:
-        """Writes the recording as netCDF-4; the file appears under its name only once it is whole."""
-        target = Path(path)
+        """Writes the recording as netCDF-4, with checksums; the file appears under its name only once it is whole."""
+        target, dataset = Path(path), with_checksums(self.dataset)
         with atomic_path(target) as temporary:
-            data = self.dataset.data_vars
+            data = dataset.data_vars
             encoding = {name: {"zlib": True, "complevel": 4} for name in data if data[name].size}
-            if self.dataset.nbytes > _LARGE:  # there was room for it when the run began
-                self.dataset.to_netcdf(temporary, engine="h5netcdf", encoding=encoding)
+            if dataset.nbytes > _LARGE:  # there was room for it when the run began
+                dataset.to_netcdf(temporary, engine="h5netcdf", encoding=encoding)
             else:  # by way of memory: HDF5 does not survive a disk that fills up while it writes
-                temporary.write_bytes(self.dataset.to_netcdf(engine="h5netcdf", encoding=encoding))
+                temporary.write_bytes(dataset.to_netcdf(engine="h5netcdf", encoding=encoding))
         return target
 
     @classmethod
@@ -234,22 +234,9 @@ class Recording:
         """Reads a recording.
 
         Raises:
-            RecordingError: no such file, not a recording, or of another version of the format.
+            RecordingError: no such file, of another version of the format, or not as it was saved.
         """
-        source = Path(path)
-        if not source.is_file():
-            raise RecordingError(f"{source}: no such recording")
-        import xarray as xr  # takes long to import, and names of variables need none of it
-
-        try:
-            dataset = xr.load_dataset(source, engine="h5netcdf")
-        except (OSError, ValueError, KeyError, RuntimeError) as error:  # what HDF5 says of damage, by place
-            raise RecordingError(f"{source}: not a recording ({error})") from error
-        version = int(dataset.attrs.get("format_version", 0))
-        if version != FORMAT_VERSION:
-            remedy = "; run its scenario again" if 0 < version < FORMAT_VERSION else ""
-            raise RecordingError(f"{source}: recording format {version}; this version reads {FORMAT_VERSION}{remedy}")
-        return cls(dataset)
+        return cls(read_dataset(Path(path)))
 
 
 def make_recording(

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+FORMAT_VERSION = 3  # 2: the scene's physical effects stand by their keys; 3: checksums
+
 COMPONENTS: dict[str, tuple[str, ...]] = {
     "pose_component": ("x", "y", "theta"),
     "twist_component": ("v_x", "v_y", "omega"),

@@ -14,6 +14,7 @@ from nhtrack.references.expression import (
     VOCABULARY,
     Expression,
     make_signal,
+    number_of,
 )
 from nhtrack.references.inputs import Input, input_kind, input_kinds, input_words
 from nhtrack.references.motion import Departure, Motion, MotionInput
@@ -50,4 +51,5 @@ __all__ = [
     "input_words",
     "make_segments",
     "make_signal",
+    "number_of",
 ]

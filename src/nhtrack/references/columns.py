@@ -9,9 +9,12 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TypeAlias
 
+from nhtrack.files.text import TextError, read_text
+
 Cell: TypeAlias = tuple[int, str]  # where it begins in its line, from one, and its text
 
 _MOST_FAULTS = 10  # of one file that are told
+_MOST_BYTES = 100 * 10**6  # of a file
 _CSV_CELL = re.compile(r'\s*("(?:[^"]|"")*"[^,]*|[^,]*)(?:,|$)')
 _WORD = re.compile(r"\S+")
 
@@ -60,7 +63,8 @@ def read_csv(path: Path, names: Sequence[str]) -> Columns:
     Raises:
         FileFaults: no such file, not text, a column missing or there twice, no rows, a cell that is no finite number.
     """
-    lines, header = text_lines(path), header_of(path)
+    lines = text_lines(path)
+    header = _header(lines)
     missing = [name for name in names if name not in header]
     twice = [name for name in names if header.count(name) > 1]
     if missing or twice:
@@ -71,13 +75,22 @@ def read_csv(path: Path, names: Sequence[str]) -> Columns:
         raise FileFaults([f"{path.name}:1:1: {wrong if missing else twofold}"])
     where = [header.index(name) for name in names]
     rows = [(number, _csv_cells(line)) for number, line in enumerate(lines[1:], start=2) if line.strip(", \t")]
+    if faults := [
+        f"{path.name}:{number}:{cells[len(header)][0]}: {len(cells)} values under {len(header)} columns"
+        for number, cells in rows
+        if len(cells) > len(header)
+    ]:
+        raise FileFaults(faults)
     return _columns(path, names, where, rows, "no rows under the header")
 
 
 def header_of(path: Path) -> list[str]:
     """Returns the names of the columns of a CSV file; raises as `text_lines`."""
-    lines = text_lines(path)
-    return [cell.strip(' "') for _, cell in _csv_cells(lines[0])] if lines else []
+    return _header(text_lines(path))
+
+
+def _header(lines: Sequence[str]) -> list[str]:
+    return [cell.strip(' "') for _, cell in _csv_cells(lines[0])] if lines[0] else []
 
 
 def read_words(path: Path, names: Sequence[str]) -> Columns:
@@ -101,13 +114,10 @@ def text_lines(path: Path) -> list[str]:
         FileFaults: it cannot be read, or is not UTF-8 text.
     """
     try:
-        return path.read_text(encoding="utf-8-sig").splitlines()
-    except UnicodeDecodeError as error:
-        raise FileFaults([f"{path.name}: not a file of UTF-8 text ({error.reason})"]) from None
-    except FileNotFoundError:
-        raise FileFaults([f"no file {str(path)!r}"]) from None
-    except OSError as error:
-        raise FileFaults([f"{str(path)!r} cannot be read: {error.strerror}"]) from None
+        return read_text(path, _MOST_BYTES).removesuffix("\n").split("\n")  # form feeds do not end a line for editors
+    except TextError as error:
+        place = f"{path.name}:{error.line}:{error.column}" if error.line else str(path)
+        raise FileFaults([f"{place}: {error.reason}"]) from None
 
 
 def _csv_cells(line: str) -> list[Cell]:
@@ -146,7 +156,8 @@ def _columns(
 
 
 def _number(text: str) -> float:
+    quoted = len(text) > 1 and text[0] == text[-1] == '"'
     try:
-        return float(text.strip('"'))
+        return float(text[1:-1] if quoted else text)
     except ValueError:
         return math.nan

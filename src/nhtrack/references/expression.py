@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from simpleeval import InvalidExpression, SimpleEval, safe_mult, safe_power
+from simpleeval import InvalidExpression, SimpleEval
 
 from nhtrack.errors import did_you_mean
 from nhtrack.references.contract import ReferenceInputError
@@ -20,9 +20,16 @@ from nhtrack.references.series import ORDER, SERIES_FUNCTIONS, moment, series
 LONGEST_EXPRESSION = 1000  # characters; keeps a hostile text from exhausting Python's parser
 DEEPEST_EXPRESSION = 200  # operations within operations; keeps it from exhausting Python's stack
 
+
+def _as_floats(of: Callable[..., Any]) -> Callable[..., float]:
+    """Returns a function with its values as floats: whole numbers of Python grow until they fill the memory."""
+    return lambda *values: float(of(*values))
+
+
 FUNCTIONS: dict[str, Callable[..., Any]] = {
     **{name: getattr(math, name) for name in ("sin", "cos", "tan", "asin", "acos", "atan", "atan2")},
-    **{name: getattr(math, name) for name in ("sinh", "cosh", "tanh", "exp", "log", "sqrt", "floor", "ceil")},
+    **{name: getattr(math, name) for name in ("sinh", "cosh", "tanh", "exp", "log", "sqrt")},
+    **{name: _as_floats(getattr(math, name)) for name in ("floor", "ceil")},
     "abs": abs,
     "min": min,
     "max": max,
@@ -35,20 +42,20 @@ VOCABULARY: tuple[str, ...] = ("t", *CONSTANTS, *FUNCTIONS, "where")
 _OPERATORS: dict[type[ast.AST], Callable[..., Any]] = {
     ast.Add: operator.add,
     ast.Sub: operator.sub,
-    ast.Mult: safe_mult,
+    ast.Mult: operator.mul,
     ast.Div: operator.truediv,
     ast.FloorDiv: operator.floordiv,
     ast.Mod: operator.mod,
-    ast.Pow: safe_power,
+    ast.Pow: operator.pow,
     ast.USub: operator.neg,
     ast.UAdd: operator.pos,
-    ast.Not: operator.not_,
-    ast.Eq: operator.eq,
-    ast.NotEq: operator.ne,
-    ast.Lt: operator.lt,
-    ast.LtE: operator.le,
-    ast.Gt: operator.gt,
-    ast.GtE: operator.ge,
+    ast.Not: _as_floats(operator.not_),
+    ast.Eq: _as_floats(operator.eq),
+    ast.NotEq: _as_floats(operator.ne),
+    ast.Lt: _as_floats(operator.lt),
+    ast.LtE: _as_floats(operator.le),
+    ast.Gt: _as_floats(operator.gt),
+    ast.GtE: _as_floats(operator.ge),
 }
 _GRAMMAR: tuple[type[ast.AST], ...] = (
     *_OPERATORS, ast.Expression, ast.BinOp, ast.UnaryOp, ast.BoolOp, ast.And, ast.Or, ast.Compare, ast.IfExp,
@@ -164,14 +171,18 @@ class Expression:
             time.
         """
         times = np.asarray(t, dtype=np.float64)
-        constant = not any(isinstance(node, ast.Name) and node.id == "t" for node in ast.walk(self._tree))
         names: dict[str, Any] = dict(CONSTANTS)
         evaluator = SimpleEval(operators=_OPERATORS, functions=FUNCTIONS, names=names)
-        if constant and times.size:
+        if self.is_constant and times.size:
             return np.full(times.shape, self._value(evaluator, names, float(times[0])))
         return np.array(
             [self._value(evaluator, names, float(instant)) for instant in times], dtype=np.float64
         )
+
+    @property
+    def is_constant(self) -> bool:
+        """Whether the formula does not speak of the time."""
+        return not any(isinstance(node, ast.Name) and node.id == "t" for node in ast.walk(self._tree))
 
     def derivatives(self, t: np.ndarray) -> np.ndarray:
         """Returns value, first, second and third derivative at the times `t` of shape (T,), shape (T, 4).
@@ -205,6 +216,15 @@ class Expression:
             return evaluator.eval(self.text, previously_parsed=self._tree.body)
         except (ArithmeticError, ValueError, TypeError, InvalidExpression) as error:
             raise ReferenceInputError(f"{self.text!r} has no value at t = {t:.6g}: {error}", t) from None
+
+
+def number_of(text: str) -> float | None:
+    """Returns the number that a formula without the time is, such as `6*pi`; None where it is none."""
+    try:
+        formula = Expression(text)
+        return float(formula(np.zeros(1))[0]) if formula.is_constant else None
+    except ReferenceInputError:
+        return None
 
 
 def make_signal(value: float | str) -> Expression:

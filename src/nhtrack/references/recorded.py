@@ -10,6 +10,8 @@ import numpy as np
 from pydantic import Field, ValidationError
 
 from nhtrack.errors import did_you_mean
+from nhtrack.files.checksums import CHECKSUMS, checked
+from nhtrack.files.text import exists
 from nhtrack.references.columns import FileFaults
 from nhtrack.references.contract import Commands, InputSection
 from nhtrack.section import Section
@@ -56,20 +58,24 @@ def read_poses(path: Path, robot: str) -> tuple[np.ndarray, np.ndarray]:
     Raises:
         FileFaults: no such file, no recording, or no such robot in it; or it was lost.
     """
-    if not path.is_file():
+    if not exists(path) or not path.is_file():
         raise FileFaults([f"no file {str(path)!r}"])
     import xarray as xr  # takes long to import
 
     try:
         with xr.open_dataset(path, engine="h5netcdf") as data:
+            if CHECKSUMS in data.attrs:
+                checked(data[["pose"]])
             names = [str(name) for name in data["robot"].values]
             if robot not in names:
                 raise FileFaults([f"{path.name}: no robot {robot!r}; {did_you_mean(robot, names)}"])
             poses = data["pose"].values[:, names.index(robot)]
             t = data["time"].values / data.attrs["time_scale"]
             poses = poses / [data.attrs["length_scale"], data.attrs["length_scale"], 1.0]
-    except (OSError, KeyError, RuntimeError, TypeError) as error:  # what HDF5 says of damage, by place
-        raise FileFaults([f"{path.name}: not a recording ({error})"]) from None
+    except FileFaults:
+        raise
+    except Exception as error:  # what HDF5 says of damage has no type of its own
+        raise FileFaults([f"{path.name}: not a recording ({error or type(error).__name__})"]) from None
     if len(t) < 2 or not np.isfinite(poses).all():
         raise FileFaults([f"{path.name}: robot {robot!r} was lost in this run"])
     return np.asarray(t), np.asarray(poses)

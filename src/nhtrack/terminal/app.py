@@ -1,7 +1,7 @@
 """The application the commands register with, and what its exit codes mean.
 
-0 done; 1 another error of the package; 2 a scenario, a robot or a command line at fault; 3 a simulation that diverged;
-130 interrupted by the user.
+0 done; 1 another error of the package; 2 a scenario, a robot, a recording or a command line at fault; 3 a simulation
+that diverged; 130 interrupted by the user.
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ from nhtrack import gl
 from nhtrack.errors import (
     FeasibilityError,
     NhtrackError,
+    RecordingError,
     RefusedError,
     RobotError,
     ScenarioError,
@@ -57,7 +58,7 @@ class Commands(TyperGroup):
             fail(f"refused: {error}", EXIT_SCENARIO)
         except FeasibilityError as error:
             fail(f"infeasible: {error}", EXIT_SCENARIO)
-        except RobotError as error:
+        except (RobotError, RecordingError) as error:
             fail(f"error: {error}", EXIT_SCENARIO)
         except SimulationDiverged as error:
             fail(f"diverged: {error}", EXIT_DIVERGED)

@@ -48,10 +48,10 @@ def rich_table(table: ResultTable) -> Table:
     """Returns a table of results in the manner of terminals."""
     from rich.table import Table
 
-    shown = Table(title=table.title, title_justify="left", title_style="bold", box=None, padding=(0, 1))
+    shown = Table(title=escape(table.title), title_justify="left", title_style="bold", box=None, padding=(0, 1))
     for heading in table.headings:
         justify: Literal["left", "right"] = "left" if heading in table.words else "right"
-        shown.add_column(heading, justify=justify, no_wrap=heading in table.whole, overflow="fold")
+        shown.add_column(escape(heading), justify=justify, no_wrap=heading in table.whole, overflow="fold")
     for row in table.rows:
         if row.begins:
             shown.add_section()

@@ -121,7 +121,7 @@ def simulate(
     if scenario.similarity.time == "auto":
         scenario = with_time(scenario, stage("time scale") if stage is not None else None, robot)
     experiment = build(scenario, robot)
-    storage(_bytes(experiment), folder)  # told before anything runs
+    storage(recorded_bytes(experiment), folder)  # told before anything runs
     if tell is not None:
         for warning in beforehand(scenario, experiment):
             tell(warning)
@@ -228,7 +228,7 @@ def _roll(
     return experiment.rollout(simulation, progress, recorder=FullRecorder(folder=folder))
 
 
-def _bytes(experiment: Experiment) -> int:
+def recorded_bytes(experiment: Experiment) -> int:
     """Returns how many bytes the rows of a run and of its twin take."""
     robots = len(experiment.network)
     rows = Shape(len(experiment.inputs), 1, robots, True, 0, (robots, _COORDINATES), 0.0, 0.0, experiment.every)

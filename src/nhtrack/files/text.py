@@ -1,0 +1,58 @@
+"""Text files that are somebody else's: read where they are files of a bounded size that hold text."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+__all__ = ["TextError", "exists", "read_text"]
+
+
+class TextError(ValueError):
+    """A file that holds no text, or cannot be read.
+
+    Attributes:
+        reason: what is wrong, in words.
+        line: from one, 0 where it is the whole file.
+        column: from one.
+    """
+
+    def __init__(self, reason: str, line: int = 0, column: int = 0) -> None:
+        self.reason, self.line, self.column = reason, line, column
+        super().__init__(reason)
+
+
+def exists(path: Path) -> bool:
+    """Returns whether there is something of a name, which need not be one that a file can have."""
+    return os.path.exists(path)  # Path.exists raises where a name is too long
+
+
+def read_text(path: Path, most: int) -> str:
+    """Returns the text of a file, with one kind of line end and without a byte order mark.
+
+    Args:
+        path: of the file; a pipe or a device, which may never end, is refused.
+        most: bytes that it may have.
+
+    Raises:
+        TextError: it cannot be read, is too long, or is not UTF-8 text.
+    """
+    if not exists(path):
+        raise TextError("no such file")
+    if not path.is_file():
+        raise TextError("is a directory" if path.is_dir() else "is no regular file")
+    try:
+        with path.open("rb") as file:
+            data = file.read(most + 1)
+    except OSError as error:
+        raise TextError(f"cannot be read: {error.strerror}") from None
+    if len(data) > most:
+        raise TextError(f"has more than {most / 1e6:g} MB")
+    try:
+        text = data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = data.count(b"\n", 0, error.start) + 1
+        column = error.start - data.rfind(b"\n", 0, error.start)
+        reason = f"not UTF-8 text (byte 0x{data[error.start]:02x}); save the file as UTF-8"
+        raise TextError(reason, line, column) from None
+    return text.replace("\r\n", "\n").replace("\r", "\n")
