@@ -8,12 +8,13 @@ from typing import get_args
 import numpy as np
 from matplotlib.figure import Figure
 
-from nhtrack.analysis.events import Event, EventKind, find_events
+from nhtrack.analysis.event import Event, EventKind, first_touch
+from nhtrack.analysis.events import find_events
 from nhtrack.analysis.metrics import heading_gap, position_gap
 from nhtrack.plots.event_marks import mark_events
 from nhtrack.plots.style import column_styled
 from nhtrack.plots.time_figure import Sheet, zeros_as_gaps
-from nhtrack.presentation.numbers import common_prefix
+from nhtrack.presentation.numbers import common_prefix, seconds
 from nhtrack.recording import Recording
 
 
@@ -38,4 +39,6 @@ def gap(recording: Recording, events: Sequence[Event] | None = None) -> Figure |
         sheet.draw(row, zeros_as_gaps(factor * each), range(len(recording.robots)), magnitude=True)
         sheet.logarithmic(row)
         mark_events(sheet.panels[row], recording, found, get_args(EventKind), names=row == 0)
-    return sheet.finished()
+    touched = first_touch(found)
+    told = "" if touched is None else f"Robots touch first at {seconds(touched)}; their twins pass through."
+    return sheet.finished(*([told] if told else []))
