@@ -7,10 +7,11 @@ from pathlib import Path
 import numpy as np
 
 from nhtrack.experiment.followers import Tracking
+from nhtrack.experiment.link import Link
 from nhtrack.experiment.loop import run_loop
 from nhtrack.experiment.recorder import Shape, Streaming
 from nhtrack.experiment.rows import Rows
-from nhtrack.laws import law_in
+from nhtrack.laws import Law, law_in
 from nhtrack.network import Network
 from nhtrack.simulation.ideal import IdealSimulation
 from nhtrack.simulation.state import State
@@ -35,10 +36,16 @@ class Memories(Streaming):
 
 
 def watch(
-    network: Network, inputs: np.ndarray, start: State, dt: float, tracking: Tracking | None = None
+    network: Network,
+    inputs: np.ndarray,
+    start: State,
+    dt: float,
+    tracking: Tracking | None = None,
+    link: Link | None = None,
+    law: Law | None = None,
 ) -> dict[str, np.ndarray]:
     """What followers saw in each period and at the end, (t, n), by the names of the memory of `own_laws/echo.py`."""
-    recorder = Memories()
-    failure = run_loop(IdealSimulation(network.names, None, dt), ECHO(), network, inputs, start, recorder, tracking)
+    recorder, simulation = Memories(), IdealSimulation(network.names, None, dt)
+    failure = run_loop(simulation, law or ECHO(), network, inputs, start, recorder, tracking, link=link)
     assert failure is None
     return dict(zip(ECHO.memory._fields, np.moveaxis(recorder.rows[:, 0], -1, 0), strict=True))

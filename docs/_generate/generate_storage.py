@@ -104,5 +104,10 @@ def draw() -> Figure:
     return figure
 
 
-if __name__ == "__main__":
+def main() -> None:
+    """Draws the figure."""
     draw().savefig(FIGURE, dpi=150)
+
+
+if __name__ == "__main__":
+    main()

@@ -110,6 +110,50 @@ def test_scenarios_and_campaigns_are_valid_by_name_and_by_file() -> None:
     assert invoke("validate", *told).stdout.splitlines() == [f"{name}: ok ({said})" for name, said in told.items()]
 
 
+QUICK = "leader={start: {pose: [0, 0, 0]}, input: {u_x: 2*cos(4*t), u_theta: 0}}"
+
+
+def test_validate_warns_and_is_strict_if_asked(tmp_path: Path) -> None:
+    text = assets.find_scenario("tour/universal").read_text().replace("limits: {utilisation: 0.5}", "k2: 7")
+    (tmp_path / "mine.yaml").write_text(text)
+    warned = invoke("validate", "mine.yaml", "tour/hello")
+    assert warned.exit_code == 0
+    assert [line.split(":")[0] for line in warned.stdout.splitlines()] == ["mine.yaml", "tour/hello"]
+    assert warned.stderr == "mine.yaml: warning: k2 = 5.83333 is below 2 sqrt(k1) = 6.66667: the heading overshoots\n"
+    assert invoke("validate", "--strict", "mine.yaml", "tour/hello").exit_code == 2
+    assert invoke("validate", "--strict", "tour/hello").exit_code == 0
+
+
+def test_validate_tells_that_ground_and_motors_leave_no_limits(tmp_path: Path) -> None:
+    text = assets.find_scenario("tour/universal").read_text() + "physics: {friction: 0}\n"
+    (tmp_path / "mine.yaml").write_text(text)
+    result = invoke("validate", "mine.yaml")
+    assert result.exit_code == 2
+    assert result.stderr.startswith("mine.yaml: infeasible: ")
+
+
+def test_a_run_warns_of_its_leader_before_it_starts_and_does_not_repeat_it() -> None:
+    changes = ("--set", QUICK, "--set", "duration=6", "--backend", "ideal", "--no-video", "--no-figures", "--no-report")
+    result = invoke("run", "tour/universal", *changes)
+    assert result.exit_code == 0
+    (told,) = [line for line in result.stderr.splitlines() if "v_0 changes its sign" in line]
+    assert told.startswith("warning: leader: ")
+    assert "v_0 changes its sign" not in result.stdout
+    assert "v_0 changes its sign" in Path("runs/universal-1/summary.json").read_text()
+
+
+def test_a_law_that_is_asked_for_another_instant_than_its_commands_arrive_at_is_told(tmp_path: Path) -> None:
+    hello = assets.find_scenario("tour/hello").read_text()
+    (tmp_path / "late.yaml").write_text(f"{hello}delay: 3\n")
+    (tmp_path / "right.yaml").write_text(f"{hello}delay: 3\n".replace("k: 6.0}", "k: 6.0, delay_periods: 3}"))
+    laws = "laws: {one: {name: agile, delay_periods: 3}, two: {name: agile, delay_periods: 2}}"
+    (tmp_path / "several.yaml").write_text(f"name: several\ndelay: 3\nfamilies: [rest]\n{laws}\n")
+    said = invoke("validate", "late.yaml", "right.yaml", "several.yaml").stderr.splitlines()
+    assert [line.partition(" and `delay` is 3: ")[0] for line in said] == [
+        "late.yaml: warning: law.delay_periods is 0", "several.yaml: warning: laws.two.delay_periods is 2",
+    ]  # fmt: skip
+
+
 def test_schema_prints_and_writes_the_same(tmp_path: Path) -> None:
     printed = json.loads(invoke("schema").stdout)
     assert printed["title"] == "Scenario"

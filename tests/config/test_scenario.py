@@ -369,8 +369,8 @@ def test_an_override_that_fits_nowhere_says_why(override: str, message: str) -> 
 def test_a_fault_the_command_line_brought_points_there() -> None:
     assert faults_of(MINIMAL, overrides=["law.kp=four", "law.kq=1"]) == [
         "case.yaml: law.kp: expected a number, got the text 'four' (from --set law.kp=four)",
-        "case.yaml: law.kq: unknown key; did you mean 'k'? available: name, kp, kd, ke, k, variant, hysteresis, "
-        "dead_zone (from --set law.kq=1)",
+        "case.yaml: law.kq: unknown key; did you mean 'k'? available: name, delay_periods, kp, kd, ke, k, variant, "
+        "hysteresis, dead_zone (from --set law.kq=1)",
     ]
 
 

@@ -210,3 +210,23 @@ def test_the_readme_has_the_shares_of_every_law(convergence):
         assert float(share) == pytest.approx(100 * cells["converged"].sum() / cells["starts"].sum(), abs=0.06)
     assert rows[0]["on wheels"] == "-"
     assert rows[1]["on wheels"].endswith(f"% of {wheels['starts'].sum()}")
+
+
+# -- curves -----------------------------------------------------------------------------------------
+
+
+def test_curves_have_every_reference_at_every_place_and_ask_a_law_ahead_by_the_delay(monkeypatch):
+    monkeypatch.syspath_prepend(DOCS / "_generate")
+    script = importlib.import_module("generate_curves")
+    campaign = script.base(2)
+    assert len(campaign.family_names) == 32
+    for panel in script.PANELS:
+        asked = list(script.tasks(panel, campaign))
+        assert [task.place for task in asked] == [place for place in range(len(panel.values)) for _ in range(32)]
+        for task in asked[::32]:
+            set_to = task.campaign.control_rate, task.campaign.delay, 1e3 * task.campaign.noise.position
+            expected = dict(zip(("control rate", "delay", "noise"), (100, 0, 0), strict=True))
+            assert set_to == tuple((expected | {panel.title: panel.values[task.place]}).values())
+            ahead = {law: section.delay_periods for law, section in task.campaign.laws.items()}
+            assert all(periods == (task.campaign.delay if "ahead" in law else 0) for law, periods in ahead.items())
+    assert [len(panel.laws) for panel in script.PANELS] == [4, 5, 4]

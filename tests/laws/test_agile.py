@@ -17,7 +17,7 @@ from nhtrack.laws.evaluate import commands, first_memories
 from nhtrack.laws.leader_motion import first_seen, schedule, seen_after
 from nhtrack.simulation.ideal import propagate
 from nhtrack.studies.campaign.cell import Cell
-from nhtrack.studies.campaign.run import run_starts
+from nhtrack.studies.campaign.parts import run_starts
 
 pytestmark = pytest.mark.property
 

@@ -17,7 +17,7 @@ from nhtrack import assets
 from nhtrack.config.law_sections import FileLaw
 from nhtrack.errors import ScenarioError, SimulationDiverged
 from nhtrack.experiment.load import load_text
-from nhtrack.laws import Law, LawError, LawKind, law_in, registry
+from nhtrack.laws import Law, LawError, LawKind, LeaderMotion, law_in, registry
 from nhtrack.laws.address import InterpretedLawWarning, entry_of
 from nhtrack.laws.contract import dimension
 from nhtrack.laws.evaluate import commands, first_memories
@@ -83,6 +83,8 @@ SIGNATURE = "command(gains, period, limits, follower, leader, memory) -> (u_x, u
          [f"mine.py:6: `command` takes other arguments; expected {SIGNATURE}"]),
         (GAINS + command().replace("memory)", "memory, more)", 1),
          [f"mine.py:6: `command` takes other arguments; expected {SIGNATURE}"]),
+        (GAINS + command() + "def beyond(gains, leader):\n    return ()\n",
+         ["mine.py:8: `beyond` takes other arguments; expected beyond(gains, period, leader) -> tuple[str, ...]"]),
         (GAINS + "command = 1\n", [f"mine.py:1: `command` is no function; expected {SIGNATURE}"]),
         ("class Gains:\n    pass\n" + command(), ["mine.py:4: `Gains` is not a NamedTuple"]),
         (
@@ -138,23 +140,44 @@ def test_a_file_that_is_no_law_says_where(tmp_path: Path, text: str, expected: l
          "mine.py:10: `command` returned Memory.last = 1.0; expected 2 finite numbers"),
         (GAINS + command() + "def warnings(gains, limits):\n    return 'no'\n",
          "mine.py:8: `warnings` returned 'no'; expected a tuple of texts"),
+        (GAINS + command() + "def beyond(gains, period, leader):\n    return (float(leader.v_x.max()),)\n",
+         "mine.py:8: `beyond` returned (0.2,); expected a tuple of texts"),
     ],
 )  # fmt: skip
 def test_a_law_is_tried_before_a_run(tmp_path: Path, text: str, expected: str) -> None:
     assert told(tmp_path, text) == [expected]
 
 
+def test_a_law_says_what_of_its_leader_is_beyond_it_and_where_it_fails_to(tmp_path: Path) -> None:
+    bound = "    most = leader.v_x.max()\n    return (f'{most:.1f} m/s',) if most > gains.k else ()\n"
+    written(tmp_path, GAINS + command() + "def beyond(gains, period, leader):\n" + bound)
+    leaders = [still_leader(speed) for speed in (1.0, 3.0)]
+    law = law_in(tmp_path / "mine.py")(k=2.0)
+    assert [law.beyond(0.01, leader) for leader in leaders] == [(), ("3.0 m/s",)]
+    fails = "    return () if leader.v_x.max() < gains.k else (str(leader.v_z),)\n"
+    written(tmp_path, GAINS + command() + "def beyond(gains, period, leader):\n" + fails)
+    law = law_in(tmp_path / "mine.py")(k=2.0)
+    assert law.beyond(0.01, leaders[0]) == ()
+    with pytest.raises(LawError, match=r"mine\.py:9: `beyond` raised AttributeError: 'LeaderMotion' object has no"):
+        law.beyond(0.01, leaders[1])
+
+
+def still_leader(speed: float) -> LeaderMotion:
+    """A leader that keeps its speed over ten periods."""
+    return LeaderMotion(*(np.full(10, speed if name == "v_x" else 0.0) for name in LeaderMotion._fields))
+
+
 def test_gains_are_judged_like_any_key(tmp_path: Path) -> None:
     text = GAINS + "    k_theta: float = 1.0\n" + command()
     assert told(tmp_path, text, "{file: mine.py, k: -1, k_teta: 2}") == [
         "expected a value greater than 0, got -1",
-        "unknown key; did you mean 'k_theta'? available: name, file, k, k_theta",
+        "unknown key; did you mean 'k_theta'? available: name, delay_periods, file, k, k_theta",
     ]
 
 
 def test_names_that_no_gain_can_have_are_those_of_its_section() -> None:
     names = {name for name in dir(FileLaw) if not name.startswith(("_", "model_"))}
-    assert names | {"name", "file", "limits", "kind"} == RESERVED
+    assert names | {"name", "delay_periods", "file", "limits", "kind"} == RESERVED
 
 
 @pytest.mark.parametrize(

@@ -33,7 +33,7 @@ from nhtrack.simulation.ideal import IdealSimulation, propagate
 from nhtrack.simulation.state import State
 from nhtrack.studies.campaign.cell import Cell
 from nhtrack.studies.campaign.draw import draw_starts
-from nhtrack.studies.campaign.run import run_starts
+from nhtrack.studies.campaign.parts import run_starts
 from nhtrack.studies.feasibility.run import ideal_motion
 from watching import LAWS, watch
 

@@ -23,11 +23,13 @@ from nhtrack.recording import Recording
 from nhtrack.simulation.mujoco import MujocoSimulation
 from nhtrack.simulation.scene import make_scene
 from nhtrack.simulation.state import State
+from nhtrack.studies.campaign import parts
 from nhtrack.studies.campaign import run as campaigns
 from nhtrack.studies.campaign.cell import Cell
 from nhtrack.studies.campaign.draw import draw_pieces, draw_starts
-from nhtrack.studies.campaign.outcomes import outcomes_of, statistics_of
-from nhtrack.studies.campaign.run import CampaignError, run_campaign, run_starts
+from nhtrack.studies.campaign.outcomes import outcomes_of, simulation_of, statistics_of
+from nhtrack.studies.campaign.parts import run_starts
+from nhtrack.studies.campaign.run import CampaignError, run_campaign
 from nhtrack.studies.campaign.tables import COLUMNS, cells_of, worst_first
 from nhtrack.studies.run.run import run
 from watching import Memories
@@ -176,6 +178,34 @@ def test_figures_are_those_of_the_recorded_run(label: str, family: str, backend:
         np.testing.assert_allclose(row[["v", "omega"]].to_numpy(float), twist[[0, 2]] * [9, 0.9], rtol=tol.HAND)
 
 
+@pytest.mark.parametrize("backend", ["ideal", pytest.param("mujoco", marks=pytest.mark.slow)])
+def test_a_start_with_delay_and_noise_is_the_same_in_every_part_and_in_its_scenario(
+    backend: str, tmp_path: Path
+) -> None:
+    """Lengths and times of the scenario: noise of a millimetre and a hundredth of a unit of speed."""
+    link = ("delay=4", "noise={position: 0.001, heading: 0.002, speed: 0.01, turning: 0.01}")
+    campaign = case(tmp_path, f"backend={backend}", "physics.timestep=0.002", "laws.k.delay_periods=4", *link)
+    cell = Cell(campaign, "k", "random")
+    rows = run_starts(cell, slice(0, 6))
+    parts = [run_starts(cell, slice(*ends)) for ends in ((0, 1), (1, 4), (4, 6))]
+    pd.testing.assert_frame_equal(rows, pd.concat(parts, ignore_index=True), check_exact=True)
+    for start in (1, 5):
+        recording = replayed(cell, start)
+        late = recording.time / 0.9 > 9 - 1e-9
+        error = recording["error"].values[late, 1]
+        assert rows["late_position"][start] == (np.hypot(error[:, 0], error[:, 1]) / 0.1).max()
+        assert rows["late_heading"][start] == np.abs(error[:, 2]).max()
+    other = run_starts(Cell(case(tmp_path, f"backend={backend}", "physics.timestep=0.002"), "k", "random"), slice(0, 6))
+    assert (other["late_position"] != rows["late_position"]).all()
+
+
+def test_deviations_of_noise_scale_with_similarity(tmp_path: Path) -> None:
+    noise = "noise={position: 0.5, heading: 0.25, speed: 2, turning: 3}"
+    link = build(Cell(case(tmp_path, noise, "starts.seed=18446744073709551615"), "k", "sinus").scenario(2)).link
+    assert link.deviations == pytest.approx((0.05, 0.25, 2 * 0.1 / 0.9, 3 / 0.9), rel=tol.HAND)
+    assert link.seeds.tolist() == [1]  # of 2**64 + 1, its last bits
+
+
 def test_a_part_is_what_its_starts_are_alone(tmp_path: Path) -> None:
     cell = Cell(case(tmp_path, "control_rate=50"), "universal", "random")
     alone = pd.concat([run_starts(cell, slice(start, start + 1)) for start in range(4)], ignore_index=True)
@@ -186,7 +216,7 @@ def test_switches_are_changes_of_the_law_s_memory(tmp_path: Path) -> None:
     cell = Cell(case(tmp_path, "duration=30", "control_rate=50"), "universal", "random")
     experiment = cell.experiment(slice(0, 6))
     recorder = Memories()
-    experiment.record(campaigns._simulation(experiment, "ideal"), recorder)
+    experiment.record(simulation_of(experiment, "ideal"), recorder)
     counted = (np.diff(recorder.rows[:, :, 1], axis=0) != 0).sum(axis=(0, 2))
     assert counted.max() > 2
     np.testing.assert_array_equal(run_starts(cell, slice(0, 6))["switches"], counted)
@@ -283,7 +313,7 @@ class Here:
     def __init__(self) -> None:
         self.files: list[Path] = []
 
-    def __call__(self, tasks: list[campaigns.Part], work: Callable[[campaigns.Part], None], *_: object) -> None:
+    def __call__(self, tasks: list[parts.Part], work: Callable[[parts.Part], None], *_: object) -> None:
         for task in tasks:
             self.files.append(task.path)
             work(task)

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
-from nhtrack.analysis.motion import WHEELS, IdealMotion, motion_of, robots_with_wheels
-from nhtrack.analysis.speedup import bindings, rounded_up
+from nhtrack.analysis.motion import WHEELS, IdealMotion, motion_of, robots_with_wheels, root_motion
+from nhtrack.analysis.speedup import Binding, binding_of, bindings, rounded_up
 from nhtrack.arrays import Array
 from nhtrack.config.scenario import Scenario
 from nhtrack.experiment.build import Experiment
@@ -62,11 +63,12 @@ def demands(experiment: Experiment, run: Rollout, drive: DiffDrive, ground: Grou
     return tuple(
         demand
         for name, i in robots_with_wheels(experiment).items()
-        for demand in _demands_of(name, motion_of(run, i), drive, ground)
+        for demand in demands_of(name, motion_of(run, i), drive, ground)
     )
 
 
-def _demands_of(robot: str, motion: IdealMotion, drive: DiffDrive, ground: Ground) -> list[PeakDemand]:
+def demands_of(robot: str, motion: IdealMotion, drive: DiffDrive, ground: Ground) -> list[PeakDemand]:
+    """Returns the most that a motion asks of a robot, quantity by quantity; arguments as in `demands`."""
     found = []
     for quantity, values, unit in (
         ("forward_acceleration", np.abs(motion.u_x), "m/s^2"),
@@ -114,14 +116,34 @@ def predictions(scenario: Scenario, experiment: Experiment, run: Rollout, drive:
     """Returns what an ideal run says will go wrong on wheels, in sentences, with the time scale that would fit."""
     if len(run.time) < 2:
         return ()
-    ground, similarity = experiment.scene.ground, scenario.similarity
-    faults = [_fault(demand) for demand in demands(experiment, run, drive, ground) if _is_over(demand)]
-    within = ground.scaled(similarity.friction_margin)
-    worst = min(binding.factor for binding in bindings(experiment, run, drive, within))
+    ground = experiment.scene.ground
+    wanted = demands(experiment, run, drive, ground)
+    return _too_much(wanted, bindings(experiment, run, drive, _kept(ground, scenario)), scenario)
+
+
+def root_predictions(scenario: Scenario, experiment: Experiment) -> tuple[str, ...]:
+    """Returns what will go wrong on wheels with a robot that moves as the root is to, as `predictions`; without a run.
+
+    A root that is a marker is not bound by wheels, but a follower that is exactly in its place is.
+    """
+    leader, drive, ground = scenario.leader, experiment.robot.plant, experiment.scene.ground
+    robot = f"a robot in the place of {leader.name}" if leader.virtual else leader.name
+    motion = root_motion(experiment)
+    wanted = demands_of(robot, motion, drive, ground)
+    return _too_much(wanted, [binding_of(robot, motion, drive, _kept(ground, scenario))], scenario)
+
+
+def _kept(ground: Ground, scenario: Scenario) -> Ground:
+    return ground.scaled(scenario.similarity.friction_margin)
+
+
+def _too_much(wanted: Iterable[PeakDemand], bound: Iterable[Binding], scenario: Scenario) -> tuple[str, ...]:
+    """Returns which demands are over their limits, in sentences, with the time scale that would fit."""
+    worst = min(binding.factor for binding in bound)
     remedy = "no similarity.time would fit"
     if worst > 0:
-        remedy = f"similarity.time {rounded_up(similarity.time_scale / worst):g} would fit"
-    return tuple(f"{fault}; {remedy}" for fault in faults)
+        remedy = f"similarity.time {rounded_up(scenario.similarity.time_scale / worst):g} would fit"
+    return tuple(f"{_fault(demand)}; {remedy}" for demand in wanted if _is_over(demand))
 
 
 def _is_over(demand: PeakDemand) -> bool:

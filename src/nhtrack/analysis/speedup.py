@@ -124,12 +124,15 @@ def bindings(experiment: Experiment, run: Rollout, drive: DiffDrive, ground: Gro
     """Returns the limit that each robot of an ideal run meets first; `ground` as in `largest_factors`."""
     found = []
     for name, i in robots_with_wheels(experiment).items():
-        motion = motion_of(run, i)
-        factors = largest_factors(motion, drive, ground)
-        limit, row, wheel = np.unravel_index(factors.argmin(), factors.shape)
-        factor = float(factors[limit, row, wheel])
-        found.append(Binding(name, factor, LIMITS[limit], WHEELS[wheel], float(motion.time[row])))
+        found.append(binding_of(name, motion_of(run, i), drive, ground))
     return tuple(found)
+
+
+def binding_of(robot: str, motion: IdealMotion, drive: DiffDrive, ground: Ground) -> Binding:
+    """Returns the limit that a robot of one motion meets first; `ground` as in `largest_factors`."""
+    factors = largest_factors(motion, drive, ground)
+    limit, row, wheel = np.unravel_index(factors.argmin(), factors.shape)
+    return Binding(robot, float(factors[limit, row, wheel]), LIMITS[limit], WHEELS[wheel], float(motion.time[row]))
 
 
 def rounded_up(value: float) -> float:

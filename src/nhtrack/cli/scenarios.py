@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from nhtrack.errors import ScenarioError
+from nhtrack.errors import FeasibilityError, ScenarioError
 from nhtrack.terminal.app import EXIT_SCENARIO, app, fail
 from nhtrack.terminal.screen import screen
 
@@ -21,21 +21,45 @@ if TYPE_CHECKING:
 @app.command("validate")
 def validate_command(
     files: Annotated[list[str], typer.Argument(metavar="FILE...", help="Scenario or campaign files or bundled names.")],
+    strict: Annotated[bool, typer.Option("--strict", help="Exit with 2 where there are warnings, too.")] = False,
 ) -> None:
-    """Check scenarios and campaigns and report every fault with its line; nothing is run or written."""
+    """Check scenarios and campaigns, every fault with its line, and leaders beyond law or robot; nothing is run."""
     from nhtrack.experiment.load import load_either
 
     faulty = False
     for source in files:
         try:
             loaded = load_either(source)
+            warnings = _beforehand(loaded)
         except ScenarioError as error:
             faulty = True
             typer.echo(str(error), err=True)
+        except FeasibilityError as error:
+            faulty = True
+            typer.echo(f"{source}: infeasible: {error}", err=True)
         else:
             typer.echo(f"{source}: ok ({_account(loaded)})")
+            for warning in warnings:
+                typer.echo(f"{source}: warning: {warning}", err=True)
+            faulty = faulty or (strict and bool(warnings))
     if faulty:
         raise typer.Exit(EXIT_SCENARIO)
+
+
+def _beforehand(loaded: Scenario | Campaign) -> tuple[str, ...]:
+    """Returns what will go wrong, in sentences; nothing while a time scale is yet to be found."""
+    from nhtrack.config.campaign import Campaign
+
+    if loaded.similarity.time == "auto":
+        return ()
+    if isinstance(loaded, Campaign):
+        from nhtrack.studies.campaign.beforehand import campaign_beforehand
+
+        return campaign_beforehand(loaded)
+    from nhtrack.analysis.beforehand import beforehand
+    from nhtrack.experiment.build import build
+
+    return beforehand(loaded, build(loaded))
 
 
 def _account(loaded: Scenario | Campaign) -> str:

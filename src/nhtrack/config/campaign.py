@@ -16,6 +16,7 @@ from pydantic import AfterValidator, Discriminator, Field, Tag
 from nhtrack.config.checks import Checks, Clock, clock_findings, input_findings
 from nhtrack.config.families import FAMILIES, RANDOM
 from nhtrack.config.law_sections import Law
+from nhtrack.config.link import Delay, Noise
 from nhtrack.config.physics import Physics
 from nhtrack.config.robot_section import RobotChoice, RobotSection
 from nhtrack.config.similarity_section import SimilaritySection
@@ -34,7 +35,7 @@ class Starts(Section):
     """Where followers begin: a disc around the leader, which starts at the origin and heads along x."""
 
     count: int = Field(default=1000, ge=1, le=1_000_000, description="starts for every law and family [1]")
-    seed: int = Field(default=0, ge=0, description="seed of the starts, and of the family `random` [1]")
+    seed: int = Field(default=0, ge=0, description="seed of the starts, of the family `random` and of `noise` [1]")
     radius: float = Field(default=10.0, ge=0, description="radius of the disc [scenario length]")
     speed: float = Field(default=1.0, ge=0, description="largest |v| [scenario length/time]")
     turning: float = Field(default=1.0, ge=0, description="largest |omega| [rad/scenario time]")
@@ -119,6 +120,12 @@ class Campaign(Section):
     )
     physics: Physics = Field(default=Physics(), description="how MuJoCo steps")
     control_rate: float = Field(default=100.0, gt=0, description="control periods per second on the robot's clock [Hz]")
+    delay: Delay = 0
+    noise: Noise = Field(
+        default=Noise(),
+        description="what a law sees amiss of its own robot; start i has that of a scenario with the seed "
+        "`starts.seed` + i",
+    )
     laws: Annotated[dict[Label, Law], Field(min_length=1)] = Field(
         description="the laws by the labels that tables call them by, gains in scenario units"
     )

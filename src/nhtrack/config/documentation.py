@@ -129,8 +129,8 @@ _INTRODUCTION = """# Scenario files
 
 A scenario is one YAML file: one tree, no includes, no anchors. Unknown keys, wrong types and numbers that are
 not finite are refused, all of them at once, each with its line. `nhtrack init` writes a commented file to
-start from, `nhtrack validate` checks one, `nhtrack schema` prints the JSON Schema for editors, and `nhtrack
-run --set key.path=value` changes any key.
+start from, `nhtrack validate` checks one and warns of leaders beyond law or robot, `nhtrack schema` prints the
+JSON Schema for editors, and `nhtrack run --set key.path=value` changes any key.
 
 Scenario units are whatever lengths and times the file is written in; `similarity` maps them to metres and
 seconds. Angles are radians. A relative path starts from the file's folder.
@@ -141,9 +141,10 @@ _CAMPAIGNS = """# Campaign files
 <!-- Written by `{command}`; do not edit. -->
 
 A campaign is a scenario with one follower whose law, reference and start vary: one YAML file, run with
-`nhtrack campaign`, checked like a scenario (`nhtrack validate`, `nhtrack schema --campaign`). Its leader begins at the
-origin and heads along x. What came of the bundled ones is told in [convergence.md](convergence.md). Sections that
-scenarios have as well are in [scenario.md](scenario.md).
+`nhtrack campaign`, checked like a scenario (`nhtrack validate`, `nhtrack schema --campaign`). References beyond a law
+or the robot are told before it runs ([which](theory.md#which-leaders-can-be-followed)). Its leader begins at the origin
+and heads along x. What came of the bundled ones is told in [convergence.md](convergence.md). Sections that scenarios
+have as well are in [scenario.md](scenario.md).
 """
 
 _FORMULAS = """## Formulas

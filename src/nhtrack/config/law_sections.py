@@ -51,6 +51,13 @@ class LawSection(Section):
 
     kind: ClassVar[LawKind]
     name: str = Field(description="which law")
+    delay_periods: int = Field(
+        default=0,
+        ge=0,
+        le=50,
+        description="control periods by which the law is asked ahead, to make up for `delay`: its follower moved on by "
+        "the commands under way, what it tracks by its accelerations and their last change [1]",
+    )
 
     def gains(self, similarity: Similarity) -> dict[str, Any]:
         """Returns the gains in robot units, by the fields of the law's `Gains`; choices as their numbers."""

@@ -15,6 +15,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from nhtrack.config.law_sections import Law
+from nhtrack.config.link import Delay, Noise
 from nhtrack.config.physics import Physics
 from nhtrack.config.robot_section import RobotChoice, RobotSection
 from nhtrack.config.robots import FollowerSection, LeaderSection
@@ -55,6 +56,8 @@ class Scenario(Section):
     )
     physics: Physics = Field(default=Physics(), description="how MuJoCo steps")
     control_rate: float = Field(default=100.0, gt=0, description="control periods per second on the robot's clock [Hz]")
+    delay: Delay = 0
+    noise: Noise = Field(default=Noise(), description="what a law sees amiss of its own robot; drawn from `seed`")
     seed: int = Field(default=0, ge=0, description="seed of everything random [1]")
     leader: LeaderSection = Field(description="the root of the network")
     followers: Annotated[tuple[FollowerSection, ...], Field(strict=False, min_length=1)] = Field(

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from math import inf
 
 import numpy as np
 
+from nhtrack.arrays import Array
 from nhtrack.config.law_sections import LawSection
 from nhtrack.config.scenario import Scenario
 from nhtrack.effects import effects_of
@@ -14,6 +15,7 @@ from nhtrack.errors import SimulationDiverged
 from nhtrack.experiment.followers import Tracking
 from nhtrack.experiment.kernels import CompiledSimulation
 from nhtrack.experiment.limits import motion_limits
+from nhtrack.experiment.link import Link
 from nhtrack.experiment.loop import Progress, Rollout, rollout, run_loop
 from nhtrack.experiment.recorder import FullRecorder, Recorder
 from nhtrack.laws import Law, Limits
@@ -45,6 +47,7 @@ class Experiment:
         scene: what to compose for MuJoCo.
         robot: what was read from the robots' MJCF, with the scene's effects.
         every: every so many control periods a row is kept.
+        link: what lies between robots and their laws.
     """
 
     network: Network
@@ -57,6 +60,7 @@ class Experiment:
     scene: SceneSpec
     robot: RobotModels
     every: int = 1
+    link: Link = field(default_factory=Link)
 
     @property
     def size(self) -> float:
@@ -75,14 +79,16 @@ class Experiment:
         """Returns the run of this experiment in a simulation; in a batch of them, all from the same start."""
         start = State(self.start.t, *(np.broadcast_to(x, (*batch, *x.shape)) for x in (self.start.g, self.start.xi)))
         return rollout(
-            simulation, self.law, self.network, self.inputs, start, self.tracking, progress, recorder, self.every
-        )
+            simulation, self.law, self.network, self.inputs, start, self.tracking, progress, recorder, self.every,
+            self.link,
+        )  # fmt: skip
 
     def record(self, simulation: CompiledSimulation, recorder: Recorder, threads: int = 1) -> SimulationDiverged | None:
         """Runs this experiment in a simulation and returns why it ended early, or None; see `run_loop`."""
         return run_loop(
-            simulation, self.law, self.network, self.inputs, self.start, recorder, self.tracking, threads=threads
-        )
+            simulation, self.law, self.network, self.inputs, self.start, recorder, self.tracking, threads=threads,
+            link=self.link,
+        )  # fmt: skip
 
 
 def build(scenario: Scenario, robot: RobotModels | None = None) -> Experiment:
@@ -116,6 +122,7 @@ def build(scenario: Scenario, robot: RobotModels | None = None) -> Experiment:
         scene=scene,
         robot=robot,
         every=scenario.record.every,
+        link=_link(scenario, similarity),
     )
 
 
@@ -170,7 +177,7 @@ def make_limits(scenario: Scenario, robot: RobotModels | None = None) -> Limits 
 
 def make_law(law: LawSection, similarity: Similarity, limits: Limits | None = None) -> Law:
     """Returns the law of a scenario with its gains in robot units; limits are in robot units already."""
-    return law.kind(limits=limits, **law.gains(similarity))
+    return law.kind(limits=limits, delay_periods=law.delay_periods, **law.gains(similarity))
 
 
 def _tracking(scenario: Scenario, network: Network, similarity: Similarity) -> Tracking:
@@ -183,6 +190,20 @@ def _tracking(scenario: Scenario, network: Network, similarity: Similarity) -> T
         dead_zone_speed=scenario.law.robot_gain("dead_zone_speed", similarity, _DEAD_ZONE_SPEED),
         rate_limit=scenario.law.robot_gain("turn_rate", similarity, inf),
     )
+
+
+def _link(scenario: Scenario, similarity: Similarity) -> Link:
+    """Returns what lies between robots and their laws."""
+    noise, scale = scenario.noise, similarity.scale
+    deviations = (
+        scale(noise.position, 1, 0), noise.heading, scale(noise.speed, 1, -1), scale(noise.turning, 0, -1),
+    )  # fmt: skip
+    return Link(scenario.delay, deviations, seeds_of(scenario.seed))
+
+
+def seeds_of(*seeds: int) -> Array:
+    """Returns seeds as compiled code takes them, shape (b,): the last 64 bits of each."""
+    return np.array([seed % 2**64 for seed in seeds], dtype=np.uint64)
 
 
 def _start(scenario: Scenario, network: Network, similarity: Similarity) -> State:

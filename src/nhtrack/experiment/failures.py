@@ -26,7 +26,7 @@ def require_begun(law: Law, followers: Followers, memories: Memories, simulation
     g, xi = simulation.motion.g, simulation.motion.xi
     robot = begin_followers(followers, memories, g, xi, make_scratch(g.shape[1]))
     if robot >= 0:
-        said = _what_it_raised(law, followers, memories, simulation, 0, robot, "init")
+        said = _what_it_raised(law, followers, memories, 0, robot, "init")
         raise LawError(f"law {law.kind.name!r} fails for {simulation.names[robot]} at the start: {said}")
 
 
@@ -49,7 +49,7 @@ def failure_of(
     b = int(faulty[np.argmin(rows[faulty])])
     code, robot = int(motion.fault[b, 0]), int(motion.fault[b, 1])
     if code == LAW_RAISED:
-        said = _what_it_raised(law, followers, memories, simulation, b, robot, "command")
+        said = _what_it_raised(law, followers, memories, b, robot, "command")
         time = simulation.start_time + int(rows[b]) * simulation.dt
         return SimulationDiverged(f"law {law.kind.name!r} raised {said}", simulation.names[robot], time, b)
     failure = simulation.failure(int(rows[b]), b)
@@ -65,21 +65,13 @@ def _place(law: Law) -> str:
 
 
 def _what_it_raised(
-    law: Law,
-    followers: Followers,
-    memories: Memories,
-    simulation: CompiledSimulation,
-    b: int,
-    robot: int,
-    function: str,
+    law: Law, followers: Followers, memories: Memories, b: int, robot: int, function: str
 ) -> str:
     """Returns what the law raises when it is called as Python with what it was called with, and where."""
-    motion = simulation.motion
-    follower = [*motion.g[b, robot], *motion.xi[b, robot]]
     gains = followers.gains[b if len(followers.gains) > 1 else 0]
     try:
         call_law(
-            law.kind, function, gains, followers.context, follower, memories.tracked[b, robot],
+            law.kind, function, gains, followers.context, memories.asked[b, :6], memories.asked[b, 6:],
             memories.law[b, robot, : law.kind.memory_size],
         )  # fmt: skip
     except Exception as error:

@@ -11,11 +11,13 @@ import numpy as np
 
 from nhtrack.arrays import Array
 from nhtrack.compiled import call_6, compiled_inside, compiled_loop
+from nhtrack.experiment.link import Channel, Link, make_channel, make_commands, pass_on, see_own
 from nhtrack.laws.address import FAILED, entry_of
-from nhtrack.laws.contract import Leader
+from nhtrack.laws.contract import Follower, Leader
 from nhtrack.laws.law import Law
 from nhtrack.laws.virtual_leader import displace, fold
 from nhtrack.network import Network
+from nhtrack.simulation.motion import copy
 
 Combination: TypeAlias = Literal["convex", "exact"]
 Transform: TypeAlias = Literal["printed", "exact"]
@@ -58,6 +60,7 @@ class Followers(NamedTuple):
         command: address of the law's.
         gains: of the law, shape (1 or b, gains).
         context: period and limits, shape (5,).
+        channel: between robots and the law.
     """
 
     order: np.ndarray
@@ -74,6 +77,7 @@ class Followers(NamedTuple):
     command: int
     gains: np.ndarray
     context: np.ndarray
+    channel: Channel
 
 
 class Memories(NamedTuple):
@@ -84,12 +88,16 @@ class Memories(NamedTuple):
         turns: winding numbers of the folds, shape (b, e).
         rate: of the attitude of a place in the last period [rad/s], NaN before the first; shape (b, n).
         tracked: leaders of this period, as `nhtrack.laws.contract.Leader`, NaN for the root; shape (b, n, 9).
+        commands: what the law asked for in the last periods, see `nhtrack.experiment.link`.
+        asked: what a law that raised was called with, follower and leader, shape (b, 15).
     """
 
     law: np.ndarray
     turns: np.ndarray
     rate: np.ndarray
     tracked: np.ndarray
+    commands: np.ndarray
+    asked: np.ndarray
 
 
 class Scratch(NamedTuple):
@@ -101,7 +109,7 @@ class Scratch(NamedTuple):
     u: np.ndarray
 
 
-def make_followers(network: Network, tracking: Tracking, law: Law, dt: float) -> Followers:
+def make_followers(network: Network, tracking: Tracking, law: Law, dt: float, link: Link) -> Followers:
     """Returns who tracks whom, and how, for compiled code."""
     n = len(network)
     offsets = np.zeros((n, 2)) if tracking.offsets is None else np.asarray(tracking.offsets, dtype=float)
@@ -123,6 +131,7 @@ def make_followers(network: Network, tracking: Tracking, law: Law, dt: float) ->
         command=entry_of(law.kind).command,
         gains=law.gain_rows,
         context=np.array([dt, *law.limits], dtype=float),
+        channel=make_channel(link, law.delay_periods, dt),
     )
 
 
@@ -134,6 +143,8 @@ def make_memories(followers: Followers, law: Law, simulations: int) -> Memories:
         turns=np.zeros((simulations, max(len(followers.parents), 1))),
         rate=np.full((simulations, n), math.nan),
         tracked=np.full((simulations, n, len(Leader._fields)), math.nan),
+        commands=make_commands(followers.channel, simulations, n),
+        asked=np.full((simulations, len(Follower._fields) + len(Leader._fields)), math.nan),
     )
 
 
@@ -160,7 +171,7 @@ def begin_followers(
     for b in range(g.shape[0]):
         for robot in followers.order:
             memories.rate[b, robot] = math.nan
-            _see(followers, memories, b, robot, g[b], xi[b], False, scratch)
+            _see(followers, memories, b, robot, 0, g[b], xi[b], False, scratch)
             memories.rate[b, robot] = math.nan
             if not _call(followers, memories, b, robot, followers.init, scratch):
                 return int(robot)
@@ -169,7 +180,7 @@ def begin_followers(
 
 @compiled_inside
 def command_followers(
-    followers: Followers, memories: Memories, b: int, g: np.ndarray, xi: np.ndarray, scratch: Scratch
+    followers: Followers, memories: Memories, b: int, period: int, g: np.ndarray, xi: np.ndarray, scratch: Scratch
 ) -> int:
     """Commands all followers of a simulation; returns the first one whose law raised, or -1.
 
@@ -177,17 +188,17 @@ def command_followers(
         followers: who tracks whom.
         memories: changed.
         b: which simulation.
+        period: since the start.
         g: its poses, shape (n, 3).
         xi: its twists, shape (n, 3).
         scratch: of the thread; of its commands that of the root is given, the others are written.
     """
     for k in range(followers.order.shape[0]):
         robot = followers.order[k]
-        _see(followers, memories, b, robot, g, xi, True, scratch)
+        _see(followers, memories, b, robot, period, g, xi, True, scratch)
         if not _call(followers, memories, b, robot, followers.command, scratch):
             return int(robot)
-        scratch.u[robot, 0] = scratch.result[0]
-        scratch.u[robot, 1] = scratch.result[1]
+        pass_on(followers.channel, memories.commands[b, robot], period, scratch.result, scratch.u[robot])
     return -1
 
 
@@ -205,13 +216,17 @@ def _call(followers: Followers, memories: Memories, b: int, robot: int, address:
         memories.law[b, robot].ctypes.data,
         scratch.result.ctypes.data,
     )
-    return bool(scratch.result[FAILED] == 0.0)
+    if scratch.result[FAILED] == 0.0:
+        return True
+    copy(memories.asked[b, :6], scratch.follower)
+    copy(memories.asked[b, 6:], scratch.leader)
+    return False
 
 
 @compiled_inside
 def _see(
-    followers: Followers, memories: Memories, b: int, robot: int, g: np.ndarray, xi: np.ndarray, known: bool,
-    scratch: Scratch,
+    followers: Followers, memories: Memories, b: int, robot: int, period: int, g: np.ndarray, xi: np.ndarray,
+    known: bool, scratch: Scratch,
 ) -> None:  # fmt: skip
     """Writes the follower and what it tracks into the thread's memory."""
     u = scratch.u
@@ -234,11 +249,13 @@ def _see(
                 leader.u_theta + second,
             )  # fmt: skip
         memories.rate[b, robot] = rate
-    for c in range(3):
-        scratch.follower[c] = g[robot, c]
-        scratch.follower[3 + c] = xi[robot, c]
     for c, value in enumerate(leader):
         scratch.leader[c] = value
+    see_own(
+        followers.channel, memories.commands[b, robot], b, robot, period, g[robot], xi[robot],
+        memories.tracked[b, robot], scratch.follower, scratch.leader,
+    )  # fmt: skip
+    for c, value in enumerate(leader):
         memories.tracked[b, robot, c] = value
 
 

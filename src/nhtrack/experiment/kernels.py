@@ -107,7 +107,7 @@ def _command(
     """Commands the robots of a simulation in a period, writes its row, and returns how that went."""
     at_end = block.done + k == block.u_root.shape[0]
     _take_root(scratch.u, block, k - at_end, b)
-    robot = command_followers(followers, memories, b, motion.g[b], motion.xi[b], scratch)
+    robot = command_followers(followers, memories, b, block.done + k, motion.g[b], motion.xi[b], scratch)
     if robot >= 0:
         motion.fault[b, 0], motion.fault[b, 1] = LAW, robot
         return _FAILED

@@ -27,6 +27,7 @@ from nhtrack.experiment.followers import (
     make_scratch,
 )
 from nhtrack.experiment.kernels import Block, CompiledSimulation, command_fleet, finish_fleet, run_ideal, run_on_wheels
+from nhtrack.experiment.link import Link
 from nhtrack.experiment.recorder import FullRecorder, Recorder, Shape
 from nhtrack.laws.law import Law
 from nhtrack.network import Network
@@ -83,6 +84,7 @@ def rollout(
     progress: Progress | None = None,
     recorder: FullRecorder | None = None,
     every: int = 1,
+    link: Link | None = None,
 ) -> Rollout:
     """Returns the run of a network under a law, every row of it.
 
@@ -98,13 +100,14 @@ def rollout(
         progress: called with the periods done and their number.
         recorder: what keeps the rows; one that keeps them in memory by default.
         every: every so many control periods a row is kept, and the end of the run.
+        link: what lies between robots and their laws; nothing by default.
 
     Raises:
         LawError: the law raised an exception before the run began.
     """
     recorder, interrupted, failure = recorder or FullRecorder(), False, None
     try:
-        failure = run_loop(simulation, law, network, inputs, start, recorder, tracking, progress, every)
+        failure = run_loop(simulation, law, network, inputs, start, recorder, tracking, progress, every, link=link)
     except KeyboardInterrupt:
         if not recorder.count:
             raise
@@ -127,6 +130,7 @@ def run_loop(
     progress: Progress | None = None,
     every: int = 1,
     threads: int = 1,
+    link: Link | None = None,
 ) -> SimulationDiverged | None:
     """Runs a network under a law and returns why it ended early, or None; see `rollout`.
 
@@ -141,9 +145,10 @@ def run_loop(
         progress: called with the periods done and their number.
         every: every so many control periods a row is kept.
         threads: among which an ideal batch is divided; one on wheels has its own.
+        link: see `rollout`.
     """
     simulation.reset(start)
-    followers = make_followers(network, tracking or Tracking(), law, simulation.dt)
+    followers = make_followers(network, tracking or Tracking(), law, simulation.dt, link or Link())
     u_root = np.ascontiguousarray(inputs if inputs.ndim == 3 else inputs[:, None], dtype=float)
     count, n = simulation.motion.g.shape[:2]
     shape = Shape(

@@ -34,9 +34,10 @@ from typing import Annotated, NamedTuple
 from nhtrack import planar
 from nhtrack.compiled import compiled
 from nhtrack.laws import leader_motion, pursuit, universal
-from nhtrack.laws.contract import Follower, Gain, Leader, Limits
+from nhtrack.laws.contract import Follower, Gain, Leader, LeaderMotion, Limits
 from nhtrack.laws.gains import DAMPING, InnerGain, PlaceDeadZoneSpeed
 from nhtrack.laws.inner_loop import Velocities, inner_loop
+from nhtrack.laws.leader_bounds import accelerates, starts_from_rest
 from nhtrack.laws.leader_motion import Schedule, Seen, SeenRow
 from nhtrack.laws.limited import bounded, field_warnings, return_rate, within
 from nhtrack.laws.relative_motion import View, view
@@ -47,6 +48,8 @@ WIDENED = 2.0  # a follower ceases to be near at so many times the distance at w
 STEERABLE = 2.0  # the lateral error at which nearness begins asks for at most so many times `turn_rate`
 SWAY = 4.0  # but nearness begins no later than at so many times the leader's own swaying, sqrt(H)
 SHORT = 1.2  # margin on the distance that pursuit keeps from a leader that accelerates
+LONG = 10.0  # [smoothing] how long a leader that accelerates hard is lost
+RESTED, SUDDEN = 2.0, 0.25  # [window], [field_speed] a rest, and a start, after which an exact place is left
 RETURN_SPEED = 0.5  # largest f [field_speed]
 RETURN_TURN = 2.0  # largest g [turn_rate]
 FIELD_TURNS = 1.5  # m of `universal`
@@ -145,9 +148,6 @@ def _schedule(gains: Gains, seen: Seen) -> Schedule:
     return leader_motion.schedule(seen, gains.rate, gains.k_theta, gains.k_inner, gains.zeta, gains.least_speed)
 
 
-# Modes ----------------------------------------------------------------------------------------------------------------
-
-
 @compiled
 def _mode(gains: Gains, follower: Follower, leader: Leader, mode: int, row: SeenRow) -> int:
     """Returns the mode of this period; `mode` is that of the last, or CALM at the start."""
@@ -182,9 +182,6 @@ def _begun(gains: Gains, period: float, follower: Follower, leader: Leader, mode
     rest, smooth, _ = leader_motion.behind_smoothed(follower, leader, seen, gains.smoothing)
     began = _calm_init(_universal(gains), period, rest, smooth)
     return Memory(mode, began.side, began.gear, began.turns, 0.0, row)
-
-
-# Near -----------------------------------------------------------------------------------------------------------------
 
 
 @compiled
@@ -232,9 +229,6 @@ def _near(
     return u_x, u_theta, Memory(memory.mode, memory.side, memory.gear, int(turns), 0.0, memory.seen)
 
 
-# Far ------------------------------------------------------------------------------------------------------------------
-
-
 @compiled
 def _far(
     gains: Gains, limits: Limits, follower: Follower, leader: Leader, memory: Memory
@@ -254,9 +248,6 @@ def _far(
     wanted = Velocities(along, turn - back, along_rate, -slope * (omega - turn))
     u_x, u_theta = inner_loop(follower, wanted, gains.k_inner)
     return u_x, u_theta, Memory(memory.mode, memory.side, gear, 0, off, memory.seen)
-
-
-# Calm -----------------------------------------------------------------------------------------------------------------
 
 
 @compiled
@@ -279,6 +270,15 @@ def _calm(
         _universal(gains), period, free, rest, smooth, _CalmMemory(memory.side, memory.gear, False, memory.turns)
     )
     return u_x + carried_rate, u_theta, Memory(memory.mode, kept.side, kept.gear, kept.turns, 0.0, memory.seen)
+
+
+def beyond(gains: Gains, period: float, leader: LeaderMotion) -> tuple[str, ...]:
+    """Returns that the leader accelerates too hard for too long, or starts too suddenly out of rests; as measured."""
+    speed, smoothing = gains.field_speed, gains.smoothing
+    return (
+        *accelerates(period, leader, LONG * smoothing, speed / smoothing, "field_speed/smoothing"),
+        *starts_from_rest(period, leader, gains.least_speed, RESTED * gains.window, smoothing, SUDDEN * speed),
+    )
 
 
 def warnings(gains: Gains, limits: Limits) -> tuple[str, ...]:

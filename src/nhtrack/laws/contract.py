@@ -10,10 +10,13 @@
     def init(gains, period, follower, leader) -> Memory
     def command(gains, period, limits, follower, leader, memory) -> tuple[float, float, Memory]
     def warnings(gains, limits) -> tuple[str, ...]
+    def beyond(gains, period, leader) -> tuple[str, ...]
 
 `command` returns the accelerations (u_x [m/s^2], u_theta [rad/s^2]) that the follower takes for the coming control
 period, and the memory for the next one. A law without memory leaves `Memory` and `init` out and is handed (), which it
-returns. All three are pure; the loop compiles `init` and `command` and calls them for every follower.
+returns. Both are pure; the loop compiles them and calls them for every follower. The other two may be left out. Before
+a run `warnings` is asked what the gains break, and `beyond` what of the leader's motion the law is not known to follow;
+its `leader` is a `LeaderMotion`.
 """
 
 from __future__ import annotations
@@ -21,6 +24,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from math import inf
 from typing import NamedTuple
+
+import numpy as np
 
 
 class Follower(NamedTuple):
@@ -67,6 +72,20 @@ class Leader(NamedTuple):
     u_x: float
     u_y: float
     u_theta: float
+
+
+class LeaderMotion(NamedTuple):
+    """How a leader is to move: what `Leader` has, at the beginning of each control period of a run, shape (k,) each."""
+
+    x: np.ndarray
+    y: np.ndarray
+    theta: np.ndarray
+    v_x: np.ndarray
+    v_y: np.ndarray
+    omega: np.ndarray
+    u_x: np.ndarray
+    u_y: np.ndarray
+    u_theta: np.ndarray
 
 
 class Limits(NamedTuple):

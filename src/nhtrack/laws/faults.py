@@ -16,16 +16,17 @@ Fault = tuple[int, str]
 
 # A gain is a key beside these in the section `law` of a file, and an attribute of its class.
 RESERVED = frozenset({
-    "construct", "copy", "dict", "file", "from_orm", "gains", "json", "kind", "limits", "name", "parse_file",
-    "parse_obj", "parse_raw", "robot_gain", "schema", "schema_json", "update_forward_refs", "validate",
+    "construct", "copy", "delay_periods", "dict", "file", "from_orm", "gains", "json", "kind", "limits", "name",
+    "parse_file", "parse_obj", "parse_raw", "robot_gain", "schema", "schema_json", "update_forward_refs", "validate",
 })  # fmt: skip
 
 SIGNATURES = {
     "command": "command(gains, period, limits, follower, leader, memory) -> (u_x, u_theta, memory)",
     "init": "init(gains, period, follower, leader) -> Memory",
     "warnings": "warnings(gains, limits) -> tuple[str, ...]",
+    "beyond": "beyond(gains, period, leader) -> tuple[str, ...]",
 }
-_ARGUMENTS = {"command": 6, "init": 4, "warnings": 2}
+_ARGUMENTS = {"command": 6, "init": 4, "warnings": 2, "beyond": 3}
 _BASE = r"(?:L|T|m|s|rad)(?:\^\d+)?"
 _PRODUCT = rf"{_BASE}(?:\*{_BASE})*"
 _UNIT = re.compile(rf"(?:1|{_PRODUCT})(?:/(?:{_BASE}|\({_PRODUCT}\)))?")

@@ -27,9 +27,10 @@ from math import sqrt
 from typing import Annotated, NamedTuple
 
 from nhtrack.compiled import compiled
-from nhtrack.laws.contract import Follower, Gain, Leader, Limits
+from nhtrack.laws.contract import Follower, Gain, Leader, LeaderMotion, Limits
 from nhtrack.laws.gains import DAMPING, STIFFNESS, InnerGain, PlaceDeadZoneSpeed
 from nhtrack.laws.inner_loop import Velocities, inner_loop
+from nhtrack.laws.leader_bounds import is_slow
 from nhtrack.laws.relative_motion import leader_derivatives, turned, view
 
 
@@ -73,6 +74,11 @@ def _velocities(v_min: float, v: float, v_r: float, w_x: float, w_y: float, w_y_
     if moving:
         return Velocities(xi, w_y / xi, w_x if sign * w_x > 0.0 else 0.0, w_y_rate / xi)
     return Velocities(v, w_y / xi, w_x, w_y_rate / xi)
+
+
+def beyond(gains: Gains, period: float, leader: LeaderMotion) -> tuple[str, ...]:
+    """Returns that a leader is slow where the law is singular; one that only drives off may be."""
+    return is_slow(period, leader, gains.v_min, "v_min: there the heading is not steered")
 
 
 def warnings(gains: Gains, limits: Limits) -> tuple[str, ...]:

@@ -24,10 +24,13 @@ from __future__ import annotations
 
 from typing import Annotated, NamedTuple
 
+import numpy as np
+
 from nhtrack import planar
-from nhtrack.laws.contract import Follower, Gain, Leader, Limits
+from nhtrack.laws.contract import Follower, Gain, Leader, LeaderMotion, Limits
 from nhtrack.laws.gains import DAMPING, STIFFNESS, Hysteresis, InnerGain, PlaceDeadZoneSpeed
 from nhtrack.laws.inner_loop import Velocities, inner_loop
+from nhtrack.laws.leader_bounds import errors_left, not_brought_down
 from nhtrack.laws.relative_motion import unturned, view, view_turns
 
 
@@ -84,6 +87,14 @@ def command(
     )
     u_x, u_theta = inner_loop(follower, commanded, gains.k_inner)
     return u_x, u_theta, Memory(turns)
+
+
+def beyond(gains: Gains, period: float, leader: LeaderMotion) -> tuple[str, ...]:
+    """Returns that small errors are not brought down behind a leader, with the factor."""
+    v, more = leader.v_x, gains.coupling / gains.k_inner
+    ahead, turning = np.full_like(v, gains.k_x + more), np.full_like(v, gains.k_theta + more)
+    left = errors_left(period, leader, ahead, gains.gamma * v, turning)
+    return not_brought_down(left, period, leader, "its gains on e_y vanish with v_0 and omega_0")
 
 
 def warnings(gains: Gains, limits: Limits) -> tuple[str, ...]:

@@ -17,9 +17,12 @@ from __future__ import annotations
 
 from typing import Annotated, NamedTuple
 
-from nhtrack.laws.contract import Follower, Gain, Leader, Limits
+import numpy as np
+
+from nhtrack.laws.contract import Follower, Gain, Leader, LeaderMotion, Limits
 from nhtrack.laws.gains import DAMPING, STIFFNESS, InnerGain, PlaceDeadZoneSpeed
 from nhtrack.laws.inner_loop import Velocities, inner_loop
+from nhtrack.laws.leader_bounds import errors_left, not_brought_down
 from nhtrack.laws.relative_motion import view
 
 
@@ -52,6 +55,13 @@ def command(
     )
     u_x, u_theta = inner_loop(follower, commanded, gains.k_inner)
     return u_x, u_theta, memory
+
+
+def beyond(gains: Gains, period: float, leader: LeaderMotion) -> tuple[str, ...]:
+    """Returns that small errors are not brought down behind a leader, with the factor."""
+    v = leader.v_x
+    left = errors_left(period, leader, np.full_like(v, gains.k_x), gains.k_y * v, gains.k_theta * v)
+    return not_brought_down(left, period, leader, "it steers by v_0 alone, and the wrong way where v_0 < 0")
 
 
 def warnings(gains: Gains, limits: Limits) -> tuple[str, ...]:

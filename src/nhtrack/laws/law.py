@@ -12,10 +12,12 @@ from typing import Any, get_type_hints
 
 import numpy as np
 
-from nhtrack.laws.contract import Gain, Limits
+from nhtrack.laws.contract import Gain, LeaderMotion, Limits
 from nhtrack.laws.faults import contract_faults
 from nhtrack.laws.functions import as_python
+from nhtrack.laws.leader_bounds import turns_too_far
 from nhtrack.laws.own_file import LawError as LawError
+from nhtrack.laws.own_file import place_of
 from nhtrack.laws.slots import slots_of
 
 
@@ -30,6 +32,7 @@ class LawKind:
         init: makes the memory to begin with, or None.
         command: returns accelerations and memory.
         warn: says what gains and limits break, or None.
+        beyond: says what of a leader's motion is not known to be followed, or None.
         file: where it is defined.
         source: the text of that file.
         summary: first line of its module's docstring.
@@ -42,6 +45,7 @@ class LawKind:
     init: Callable[..., Any] | None = field(repr=False)
     command: Callable[..., Any] = field(repr=False)
     warn: Callable[..., tuple[str, ...]] | None = field(repr=False)
+    beyond: Callable[..., tuple[str, ...]] | None = field(repr=False)
     file: str
     source: str = field(repr=False)
     summary: str
@@ -74,6 +78,7 @@ class LawKind:
             init=getattr(module, "init", None),
             command=module.command,
             warn=getattr(module, "warnings", None),
+            beyond=getattr(module, "beyond", None),
             file=file,
             source=source,
             summary=(module.__doc__ or "").strip().partition("\n")[0],
@@ -120,9 +125,9 @@ class LawKind:
         functions = {"init": self.init, "command": self.command}
         return {name: as_python(function) for name, function in functions.items() if function is not None}
 
-    def __call__(self, *, limits: Limits | None = None, **gains: Any) -> Law:
+    def __call__(self, *, limits: Limits | None = None, delay_periods: int = 0, **gains: Any) -> Law:
         """Returns the law with gains in robot units."""
-        return Law(self, self.gains(**gains), limits or Limits())
+        return Law(self, self.gains(**gains), limits or Limits(), delay_periods)
 
 
 @dataclass(frozen=True)
@@ -133,15 +138,34 @@ class Law:
         kind: what its file defines.
         gains: numbers, or arrays of shape (b,) or (b, 1) that make it one of b laws.
         limits: of the robot.
+        delay_periods: control periods by which it is asked ahead, see `nhtrack.experiment.link`.
     """
 
     kind: LawKind
     gains: Any
     limits: Limits = field(default_factory=Limits)
+    delay_periods: int = 0
 
     def warnings(self) -> tuple[str, ...]:
         """Returns what the gains break, with the formula; empty where nothing is known to be wrong."""
         return () if self.kind.warn is None else tuple(self.kind.warn(self.gains, self.limits))
+
+    def beyond(self, period: float, leader: LeaderMotion) -> tuple[str, ...]:
+        """Returns what of a leader's motion the law is not known to follow, in sentences.
+
+        Args:
+            period: control period [s].
+            leader: how it is to move.
+
+        Raises:
+            LawError: the law's own `beyond` raised an exception, with its line.
+        """
+        try:
+            own = () if self.kind.beyond is None else tuple(self.kind.beyond(self.gains, period, leader))
+        except Exception as error:
+            place = place_of(error, self.kind.file)
+            raise LawError(f"{place}: `beyond` raised {type(error).__name__}: {error}") from error
+        return (*turns_too_far(period, leader), *own)
 
     @property
     def account(self) -> dict[str, Any]:

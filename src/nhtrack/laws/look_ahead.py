@@ -19,9 +19,12 @@ from __future__ import annotations
 
 from typing import Annotated, NamedTuple
 
-from nhtrack.laws.contract import Follower, Gain, Leader, Limits
+import numpy as np
+
+from nhtrack.laws.contract import Follower, Gain, Leader, LeaderMotion, Limits
 from nhtrack.laws.gains import DAMPING, InnerGain, PlaceDeadZoneSpeed
 from nhtrack.laws.inner_loop import Velocities, inner_loop
+from nhtrack.laws.leader_bounds import not_brought_down
 from nhtrack.laws.relative_motion import turned, view
 
 
@@ -57,6 +60,13 @@ def command(
     commanded = Velocities(w_x, w_y / d, w_x_rate + omega * w_y, (w_y_rate - omega * w_x) / d)
     u_x, u_theta = inner_loop(follower, commanded, gains.k_inner)
     return u_x, u_theta, memory
+
+
+def beyond(gains: Gains, period: float, leader: LeaderMotion) -> tuple[str, ...]:
+    """Returns that small errors of heading are not brought down behind a leader, with the factor."""
+    left = float(np.exp(np.clip(-period * np.sum(leader.v_x) / gains.distance, -500.0, 500.0)))
+    reason = "headings align by exp(-s/distance), s the way that the leader drives ahead less that in reverse"
+    return not_brought_down(left, period, leader, reason)
 
 
 def warnings(gains: Gains, limits: Limits) -> tuple[str, ...]:

@@ -20,9 +20,12 @@ from __future__ import annotations
 
 from typing import Annotated, NamedTuple
 
-from nhtrack.laws.contract import Follower, Gain, Leader, Limits
+import numpy as np
+
+from nhtrack.laws.contract import Follower, Gain, Leader, LeaderMotion, Limits
 from nhtrack.laws.gains import DAMPING, Hysteresis, InnerGain, PlaceDeadZoneSpeed
 from nhtrack.laws.inner_loop import Velocities, inner_loop
+from nhtrack.laws.leader_bounds import errors_left, not_brought_down
 from nhtrack.laws.relative_motion import unturned, view, view_turns
 
 
@@ -70,6 +73,13 @@ def command(
     )
     u_x, u_theta = inner_loop(follower, commanded, gains.k_inner)
     return u_x, u_theta, Memory(turns)
+
+
+def beyond(gains: Gains, period: float, leader: LeaderMotion) -> tuple[str, ...]:
+    """Returns that small errors are not brought down behind a leader, with the factor."""
+    every = np.ones_like(leader.v_x)
+    left = errors_left(period, leader, gains.k_x * every, 0 * every, gains.k_theta * every)
+    return not_brought_down(left, period, leader, "errors across the leader's heading fall while it turns alone")
 
 
 def warnings(gains: Gains, limits: Limits) -> tuple[str, ...]:

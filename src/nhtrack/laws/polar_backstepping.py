@@ -33,9 +33,10 @@ from typing import Annotated, NamedTuple
 
 from nhtrack import planar
 from nhtrack.compiled import compiled
-from nhtrack.laws.contract import Follower, Gain, Leader, Limits
+from nhtrack.laws.contract import Follower, Gain, Leader, LeaderMotion, Limits
 from nhtrack.laws.gains import DAMPING, Hysteresis, InnerGain, PlaceDeadZoneSpeed
 from nhtrack.laws.inner_loop import Velocities, inner_loop
+from nhtrack.laws.leader_bounds import moves
 from nhtrack.laws.relative_motion import View, view
 
 
@@ -130,6 +131,11 @@ def _steering(gains: Gains, delta: float, gamma: float, delta_rate: float, gamma
         + k_rho * (part_rate * delta + part * delta_rate)
     )
     return omega, omega_rate
+
+
+def beyond(gains: Gains, period: float, leader: LeaderMotion) -> tuple[str, ...]:
+    """Returns that the leader moves."""
+    return moves(period, leader)
 
 
 def warnings(gains: Gains, limits: Limits) -> tuple[str, ...]:

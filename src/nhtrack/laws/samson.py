@@ -21,11 +21,14 @@ from __future__ import annotations
 from math import sqrt
 from typing import Annotated, NamedTuple
 
+import numpy as np
+
 from nhtrack import planar
 from nhtrack.compiled import compiled
-from nhtrack.laws.contract import Follower, Gain, Leader, Limits
+from nhtrack.laws.contract import Follower, Gain, Leader, LeaderMotion, Limits
 from nhtrack.laws.gains import STIFFNESS, Hysteresis, InnerGain, PlaceDeadZoneSpeed
 from nhtrack.laws.inner_loop import Velocities, inner_loop
+from nhtrack.laws.leader_bounds import errors_left, not_brought_down
 from nhtrack.laws.relative_motion import unturned, view, view_turns
 
 
@@ -87,6 +90,13 @@ def _gain(zeta: float, b: float, leader: Leader) -> tuple[float, float]:
     else:
         growth = (omega_r * alpha_r + b * v_r * u_r) / size
     return 2 * zeta * size, 2 * zeta * growth
+
+
+def beyond(gains: Gains, period: float, leader: LeaderMotion) -> tuple[str, ...]:
+    """Returns that small errors are not brought down behind a leader, with the factor."""
+    k = 2 * gains.zeta * np.hypot(leader.omega, sqrt(gains.b) * leader.v_x)
+    left = errors_left(period, leader, k, gains.b * leader.v_x, k)
+    return not_brought_down(left, period, leader, "its gains vanish with v_0 and omega_0")
 
 
 def warnings(gains: Gains, limits: Limits) -> tuple[str, ...]:

@@ -14,8 +14,9 @@ from __future__ import annotations
 
 from typing import Annotated, NamedTuple
 
-from nhtrack.laws.contract import Follower, Gain, Leader, Limits
+from nhtrack.laws.contract import Follower, Gain, Leader, LeaderMotion, Limits
 from nhtrack.laws.gains import DAMPING, STEERING, STIFFNESS, DeadZoneLength, DeadZoneSpeed, Hysteresis
+from nhtrack.laws.leader_bounds import moves
 from nhtrack.laws.published import gain_warnings
 from nhtrack.laws.relative_motion import relative_motion, relative_turns, side_angle
 
@@ -56,6 +57,11 @@ def command(
     u_theta = -kp * (relative.theta + k * beta) - kd * follower.omega
     u_x = -kp * relative.q_x - kd * follower.v_x
     return u_x, u_theta, Memory(relative.turns)
+
+
+def beyond(gains: Gains, period: float, leader: LeaderMotion) -> tuple[str, ...]:
+    """Returns that the leader moves."""
+    return moves(period, leader)
 
 
 def warnings(gains: Gains, limits: Limits) -> tuple[str, ...]:

@@ -6,7 +6,9 @@ import math
 from collections.abc import Callable
 from typing import Any
 
-from nhtrack.laws.contract import Follower, Leader, Limits
+import numpy as np
+
+from nhtrack.laws.contract import Follower, Leader, LeaderMotion, Limits
 from nhtrack.laws.faults import SIGNATURES
 from nhtrack.laws.functions import as_python, python_of
 from nhtrack.laws.law import Law, LawKind
@@ -36,7 +38,8 @@ def trial_fault(law: Law, *, limited: bool = False) -> str | None:
     try:
         memory = _first_memory(kind, law.gains)
         _command(kind, law.gains, limits, memory)
-        _warnings(kind, law.gains, limits)
+        _sentences(kind, "warnings", kind.warn, law.gains, limits)
+        _sentences(kind, "beyond", kind.beyond, law.gains, _PERIOD, LeaderMotion(*np.transpose([_LEADER, _LEADER])))
     except _FaultyError as error:
         return str(error)
     return None
@@ -77,12 +80,12 @@ def _require_memory(kind: LawKind, name: str, function: Callable[..., Any], memo
             raise _faulty(kind, function, f"`{name}` returned Memory.{field} = {_shown(value)}; expected {wanted}")
 
 
-def _warnings(kind: LawKind, gains: Any, limits: Limits) -> None:
-    if kind.warn is None:
+def _sentences(kind: LawKind, name: str, function: Callable[..., Any] | None, *arguments: Any) -> None:
+    if function is None:
         return
-    found = _called(kind, "warnings", kind.warn, gains, limits)
+    found = _called(kind, name, function, *arguments)
     if not isinstance(found, (tuple, list)) or not all(isinstance(each, str) for each in found):
-        raise _faulty(kind, kind.warn, f"`warnings` returned {_shown(found)}; expected a tuple of texts")
+        raise _faulty(kind, function, f"`{name}` returned {_shown(found)}; expected a tuple of texts")
 
 
 def _called(kind: LawKind, name: str, function: Callable[..., Any], *arguments: Any) -> Any:

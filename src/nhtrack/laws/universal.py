@@ -29,14 +29,16 @@ from typing import Annotated, NamedTuple
 
 from nhtrack import planar
 from nhtrack.compiled import compiled
-from nhtrack.laws.contract import Follower, Gain, Leader, Limits
+from nhtrack.laws.contract import Follower, Gain, Leader, LeaderMotion, Limits
 from nhtrack.laws.gains import DAMPING, PlaceDeadZoneSpeed
+from nhtrack.laws.leader_bounds import reverses, turns
 from nhtrack.laws.limited import field_warnings, return_rate, within
 
 SIDE_SWITCH = cos(0.6 * pi)  # polar angle beyond which the other side's field is taken; it starts at 0.4 pi
 GEAR_SWITCH_MOVING = cos(0.6 * pi)  # heading off the leader's beyond which the gear is changed; then 0.4 pi are left
 GEAR_SWITCH_RESTING = cos(0.9 * pi)  # the same where the field outweighs the leader's own velocity
 HYSTERESIS = 0.25  # [rad] how far past pi a heading error goes before a whole turn is dropped
+OFTEN = 5.9  # reversals that come sooner, in units of sqrt(k2/(c k1)), drive a follower off
 UNDOCK = 2.0  # docking ends at so many times the radius or the speed at which it begins
 
 
@@ -223,6 +225,18 @@ def _field(gains: Gains, r: _View, leader: Leader, b: int) -> tuple[float, float
     w_x_rate = leader.u_x + (sigma * sum_x_rate + sigma_rate * sum_x)
     w_y_rate = leader.u_y + (sigma * sum_y_rate + sigma_rate * sum_y)
     return w_x, w_y, w_x_rate, w_y_rate, sigma**2 * (field_x * field_x + field_y * field_y)
+
+
+def beyond(gains: Gains, period: float, leader: LeaderMotion) -> tuple[str, ...]:
+    """Returns that the leader reverses too often, or turns too fast for too long; the bounds are measured."""
+    c, k_turn = gains.c, gains.k1 / gains.k2
+    sooner = OFTEN / sqrt(c * k_turn)
+    grows = f"{OFTEN:g} sqrt(k2/(c k1)): errors grow with each reversal"
+    near = f"k1/k2: it need not be reached from farther than field_speed/c = {gains.field_speed / c:.3g} m"
+    return (
+        *reverses(period, leader, gains.dock_speed, sooner, grows),
+        *turns(period, leader, 1 / c, k_turn, near),
+    )
 
 
 def warnings(gains: Gains, limits: Limits) -> tuple[str, ...]:

@@ -35,12 +35,15 @@ from typing import Annotated, NamedTuple
 
 from nhtrack import planar
 from nhtrack.compiled import compiled
-from nhtrack.laws.contract import Follower, Gain, Leader, Limits
+from nhtrack.laws.contract import Follower, Gain, Leader, LeaderMotion, Limits
 from nhtrack.laws.gains import DAMPING, Hysteresis, InnerGain, PlaceDeadZoneSpeed
 from nhtrack.laws.inner_loop import Velocities, inner_loop
+from nhtrack.laws.leader_bounds import reverses
 from nhtrack.laws.relative_motion import View, direction_rates, leader_derivatives, turned, view
 
 Vector = tuple[float, float]
+
+OFTEN = 7.9  # reversals that come sooner, in units of 1/sqrt(k_p k_a), drive a follower off
 
 
 class Gains(NamedTuple):
@@ -181,6 +184,13 @@ def _field(gains: Gains, resting: float, e: View, follower: Follower, leader: Le
             k_p * e_2[1] + jerk[1] - resting * (along_2 * g_y + across_2 * g_x),
         ),
     )
+
+
+def beyond(gains: Gains, period: float, leader: LeaderMotion) -> tuple[str, ...]:
+    """Returns that the leader reverses too often; the bound is measured."""
+    sooner = OFTEN / sqrt(gains.k_p * gains.k_a)
+    grows = f"{OFTEN:g}/sqrt(k_p k_a): errors grow with each reversal"
+    return reverses(period, leader, gains.least_speed, sooner, grows)
 
 
 def warnings(gains: Gains, limits: Limits) -> tuple[str, ...]:

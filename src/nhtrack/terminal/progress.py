@@ -18,6 +18,8 @@ Report: TypeAlias = Callable[[int, int], None]
 Stage: TypeAlias = Callable[[str], Report]
 # Called with the name of a stage, the work done and the whole of it.
 Observer: TypeAlias = Callable[[str, int, int], None]
+# Called with a warning.
+Tell: TypeAlias = Callable[[str], None]
 
 _LINES = 60.0  # [s] between lines that are not drawn over each other
 _REDRAWN = 0.25  # [s] between drawings in a notebook

@@ -35,7 +35,13 @@ def print_how_laws_run(laws: Iterable[LawSection]) -> None:
     for law in laws:
         reason = entry_of(law.kind).interpreted
         if reason is not None:
-            sys.stderr.write(f"warning: law {law.name!r} {runs_as_python(reason)}\n")
+            print_warning(f"law {law.name!r} {runs_as_python(reason)}")
+
+
+def print_warning(warning: str) -> None:
+    """Says on stderr what will go wrong, before it is done."""
+    sys.stderr.write(f"warning: {warning}\n")
+    sys.stderr.flush()
 
 
 def rich_table(table: ResultTable) -> Table:

@@ -12,7 +12,7 @@ from nhtrack.config.campaign import Campaign
 from nhtrack.config.law_sections import Law
 from nhtrack.config.robots import FollowerSection, LeaderSection, Start
 from nhtrack.config.scenario import Scenario
-from nhtrack.experiment.build import Experiment, build
+from nhtrack.experiment.build import Experiment, build, seeds_of
 from nhtrack.references import Segment, SignalInput
 from nhtrack.simulation.state import State
 from nhtrack.studies.campaign.draw import Draw, Pieces, draw_pieces, draw_starts
@@ -77,6 +77,9 @@ class Cell:
             robot=campaign.robot,
             physics=campaign.physics,
             control_rate=campaign.control_rate,
+            delay=campaign.delay,
+            noise=campaign.noise,
+            seed=self._seed(starts[0]),
             leader=LeaderSection(virtual=virtual, start=leader, input=self._input(starts[0])),
             followers=tuple(
                 FollowerSection(name=name, parents=("leader",), start=self._start(start))
@@ -95,7 +98,12 @@ class Cell:
         inputs = np.repeat(one.inputs[:, None], len(pose), axis=1)
         if self._pieces is not None:
             inputs = one.similarity.inputs_to_robot(self._pieces.sample(len(one.inputs), starts))
-        return replace(one, start=State(0.0, g, xi), inputs=inputs)
+        seeds = seeds_of(*(self._seed(starts.start + i) for i in range(len(pose))))
+        return replace(one, start=State(0.0, g, xi), inputs=inputs, link=replace(one.link, seeds=seeds))
+
+    def _seed(self, start: int) -> int:
+        """Returns the seed of a start's noise."""
+        return self.campaign.starts.seed + start
 
     def _start(self, start: int) -> Start:
         x, y, theta = map(float, self.draw.pose[start])

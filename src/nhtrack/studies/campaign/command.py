@@ -9,7 +9,7 @@ import typer
 
 from nhtrack.terminal.app import EXIT_INTERRUPTED, app, fail
 from nhtrack.terminal.options import Changes, Pdf
-from nhtrack.terminal.screen import print_how_laws_run, screen
+from nhtrack.terminal.screen import print_how_laws_run, print_warning, screen
 
 
 @app.command("campaign")
@@ -46,6 +46,7 @@ def campaign_command(
             pdf=pdf,
             report=not no_report,
             progress=True,
+            tell=print_warning,
         )
     except KeyboardInterrupt:
         fail(f"interrupted; the same command goes on with what is in {folder}", EXIT_INTERRUPTED)

@@ -11,6 +11,34 @@ from nhtrack.config.campaign import Campaign
 from nhtrack.experiment.build import Experiment
 from nhtrack.experiment.run_statistics import RunStatistics
 from nhtrack.settling import settling_limits
+from nhtrack.simulation.ideal import IdealSimulation
+from nhtrack.simulation.mujoco import MujocoSimulation
+from nhtrack.simulation.scene import stepped_scene
+
+
+@np.errstate(over="ignore", invalid="ignore")  # what is lost is told by the table
+def run_outcomes(campaign: Campaign, experiment: Experiment) -> dict[str, Array]:
+    """Runs some starts of a campaign side by side and returns their figures, see `outcomes_of`.
+
+    Raises:
+        SimulationDiverged: the law raised an exception; a robot that is lost is a figure.
+    """
+    simulation, statistics = simulation_of(experiment, campaign.backend), statistics_of(campaign, experiment)
+    failure = experiment.record(simulation, statistics)
+    if failure is not None:
+        raise failure
+    return outcomes_of(statistics, campaign, experiment, simulation.lost)
+
+
+def simulation_of(experiment: Experiment, backend: str) -> IdealSimulation | MujocoSimulation:
+    """Returns what runs some starts of a campaign, and goes on when it has lost one."""
+    spec, size = experiment.scene, experiment.size
+    if backend == "ideal":
+        names, plant = experiment.network.names, experiment.robot.plant
+        return IdealSimulation(names, plant, experiment.dt, spec.ground, virtual_root=True, keep_going=True, size=size)
+    batch = experiment.start.g.shape[:1]
+    scene = stepped_scene(spec, experiment.robot)
+    return MujocoSimulation(scene, experiment.dt, batch, spec=spec, keep_going=True, size=size)
 
 
 def statistics_of(campaign: Campaign, experiment: Experiment) -> RunStatistics:

@@ -57,12 +57,14 @@ class Account:
         versions: of what made the tables.
         worst: where the scenario of each law's worst run is, relative to the page, by the laws' labels.
         schema: JSON Schema of campaign files, which describes their keys.
+        warnings: what was known to go wrong before it ran, in sentences.
     """
 
     tree: Mapping[str, Any]
     versions: Mapping[str, str]
     worst: Mapping[str, str]
     schema: Mapping[str, Any]
+    warnings: Sequence[str] = ()
 
 
 def write_campaign_page(runs: pd.DataFrame, cells: pd.DataFrame, account: Account, path: Path) -> Path:
@@ -90,6 +92,7 @@ def campaign_page(runs: pd.DataFrame, cells: pd.DataFrame, account: Account) -> 
         [("With the same versions, the campaign above, saved as a file:", "nhtrack campaign campaign.yaml"), *again],
         account.versions,
         description=tree.get("description", ""),
+        warnings=account.warnings,
         facts=_facts(tree),
         scripts=("campaign.js",),
         data=data,

@@ -25,6 +25,7 @@ class CampaignResults:
         worst: the scenario file of the worst run of each law, by label.
         folder: where all of it is.
         files: the files written.
+        warnings: what was known to go wrong before it ran, in sentences.
     """
 
     campaign: Campaign
@@ -33,6 +34,7 @@ class CampaignResults:
     worst: Mapping[str, Path]
     folder: Path
     files: tuple[Path, ...] = ()
+    warnings: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
         """Returns a one-line account."""
@@ -51,5 +53,5 @@ def write_campaign_report(results: CampaignResults) -> Path:
     versions_then = json.loads((folder / "campaign.json").read_text())["versions"]
     worst = {label: path.relative_to(folder).as_posix() for label, path in results.worst.items()}
     tree = results.campaign.model_dump(mode="json")
-    account = Account(tree, versions_then, worst, json_schema(Campaign))
+    account = Account(tree, versions_then, worst, json_schema(Campaign), results.warnings)
     return write_campaign_page(results.runs, results.cells, account, folder / "report.html")

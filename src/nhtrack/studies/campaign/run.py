@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 from itertools import product
 from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
 
-import numpy as np
 import pandas as pd
 
 from nhtrack.config.campaign import Campaign
@@ -18,28 +17,23 @@ from nhtrack.config.edit import scenario_text
 from nhtrack.config.similarity_section import SimilaritySection
 from nhtrack.errors import NhtrackError
 from nhtrack.execution import Processes
-from nhtrack.experiment.build import Experiment
 from nhtrack.experiment.compile import compile_once
 from nhtrack.experiment.load import load_campaign
 from nhtrack.experiment.loop import Progress
 from nhtrack.files.atomic import atomic_path
 from nhtrack.files.folder import is_used, save_json
-from nhtrack.simulation.ideal import IdealSimulation
-from nhtrack.simulation.mujoco import MujocoSimulation
-from nhtrack.simulation.scene import stepped_scene
+from nhtrack.studies.campaign.beforehand import campaign_beforehand
 from nhtrack.studies.campaign.cell import Cell
-from nhtrack.studies.campaign.outcomes import outcomes_of, statistics_of
+from nhtrack.studies.campaign.parts import parts_of, run_part, slug
 from nhtrack.studies.campaign.result import CampaignResults, write_campaign_report
-from nhtrack.studies.campaign.tables import cells_of, rows_of, save_cells, save_runs, worst_first
+from nhtrack.studies.campaign.tables import cells_of, save_cells, save_runs, worst_first
 from nhtrack.studies.feasibility.run import fitting_time
 from nhtrack.studies.run.run import versions
 from nhtrack.studies.tune.run import find_gains
-from nhtrack.terminal.progress import Observer, Stage, shown_progress
-
-PART = {"ideal": 1000, "mujoco": 250}  # starts in a part: few enough for the caches, and to lose little when stopped
+from nhtrack.terminal.progress import Observer, Stage, Tell, shown_progress
 
 # What gains depend on, with the time scale; neither backend nor starts.
-_TUNED_BY = ("duration", "robot", "physics", "control_rate", "laws", "families", "tuning")
+_TUNED_BY = ("duration", "robot", "physics", "control_rate", "delay", "noise", "laws", "families", "tuning")
 
 Key = tuple[str, str]
 Task = TypeVar("Task")
@@ -48,14 +42,6 @@ Result = TypeVar("Result")
 
 class CampaignError(NhtrackError):
     """A campaign that cannot be gone on with."""
-
-
-class Part(NamedTuple):
-    """Some starts of a cell, and the file their rows are written to."""
-
-    cell: Cell
-    starts: slice
-    path: Path
 
 
 def campaign(
@@ -69,6 +55,7 @@ def campaign(
     pdf: bool = False,
     report: bool = False,
     progress: bool | Observer | None = None,
+    tell: Tell | None = None,
 ) -> CampaignResults:
     """Returns what came of laws against references from many random starts; stopped, the same call goes on.
 
@@ -83,6 +70,7 @@ def campaign(
         pdf: whether to draw them for print.
         report: whether to write the report.
         progress: as in `nhtrack.run`.
+        tell: called with each warning there is before its runs.
 
     Raises:
         ScenarioError: everything wrong with the campaign and its changes.
@@ -93,7 +81,7 @@ def campaign(
     loaded = source if isinstance(source, Campaign) else load_campaign(source, overrides_of(set=set))
     folder = Path("runs") / f"campaign-{loaded.name}" if out is None else Path(out)
     with shown_progress(progress) as stage:
-        results = run_campaign(loaded, folder, stage, processes, None if tuned_by is None else Path(tuned_by))
+        results = run_campaign(loaded, folder, stage, processes, None if tuned_by is None else Path(tuned_by), tell)
     written = list(results.files)
     if figures:
         from nhtrack.studies.campaign.plots import save_campaign_figures
@@ -110,6 +98,7 @@ def run_campaign(
     stage: Stage | None = None,
     processes: int | None = None,
     tuned_by: Path | None = None,
+    tell: Tell | None = None,
 ) -> CampaignResults:
     """Runs a campaign into a folder; what is there of it already is kept.
 
@@ -122,6 +111,7 @@ def run_campaign(
         stage: called with the name of each stage; returns what to report its progress to.
         processes: how many at once; one for each core by default.
         tuned_by: folder of a campaign whose gains are taken: the same laws, families, time scale and tuning.
+        tell: called with each warning there is before its runs.
 
     Raises:
         CampaignError: the folder holds another campaign, or what was tuned is not the same.
@@ -134,54 +124,19 @@ def run_campaign(
     if tuned_by is not None:
         _take_gains(campaign, tuned_by, folder)
     gains = _tuned(campaign, folder, report("tuning"), processes)
+    warnings = campaign_beforehand(campaign, gains)
+    if tell is not None:
+        for warning in warnings:
+            tell(warning)
     cells = {key: Cell(campaign, *key, gains.get(key, {})) for key in product(campaign.laws, campaign.family_names)}
-    parts = [part for cell in cells.values() for part in _parts(cell, folder)]
+    parts = [part for cell in cells.values() for part in parts_of(cell, folder)]
     _all([part for part in parts if not part.path.exists()], run_part, report("runs"), processes)
     runs = pd.concat([pd.read_parquet(part.path) for part in parts], ignore_index=True)
     arrival = campaign.arrival
     limits = {"position_limit": arrival.position, "heading_limit": arrival.heading}
     table = cells_of(runs, gains, backend=campaign.backend, **limits)
     files = (save_runs(runs, folder / "runs.parquet"), save_cells(table, folder / "cells.csv"))
-    return CampaignResults(campaign, runs, table, _worst(cells, runs, folder / "worst"), folder, files)
-
-
-def run_part(part: Part) -> None:
-    """Runs some starts side by side and writes their rows."""
-    save_runs(run_starts(part.cell, part.starts), part.path)
-
-
-@np.errstate(over="ignore", invalid="ignore")  # what is lost is told by the table
-def run_starts(cell: Cell, starts: slice) -> pd.DataFrame:
-    """Returns the rows of some consecutive starts of a cell, run side by side."""
-    experiment, campaign = cell.experiment(starts), cell.campaign
-    simulation = _simulation(experiment, campaign.backend)
-    statistics = statistics_of(campaign, experiment)
-    failure = experiment.record(simulation, statistics)
-    if failure is not None:  # of the law itself; a robot that is lost is a figure
-        raise failure
-    return rows_of(cell, starts.start, outcomes_of(statistics, campaign, experiment, simulation.lost))
-
-
-def _simulation(experiment: Experiment, backend: str) -> IdealSimulation | MujocoSimulation:
-    spec, size = experiment.scene, experiment.size
-    if backend == "ideal":
-        names, plant = experiment.network.names, experiment.robot.plant
-        return IdealSimulation(names, plant, experiment.dt, spec.ground, virtual_root=True, keep_going=True, size=size)
-    batch = experiment.start.g.shape[:1]
-    scene = stepped_scene(spec, experiment.robot)
-    return MujocoSimulation(scene, experiment.dt, batch, spec=spec, keep_going=True, size=size)
-
-
-def _parts(cell: Cell, folder: Path) -> Iterator[Part]:
-    """Yields a cell in parts."""
-    count, size = cell.campaign.starts.count, PART[cell.campaign.backend]
-    for first in range(0, count, size):
-        name = f"{_slug(cell.label)}-{_slug(cell.family)}-{first}.parquet"
-        yield Part(cell, slice(first, min(first + size, count)), folder / "parts" / name)
-
-
-def _slug(text: str) -> str:
-    return text.replace(" ", "_")
+    return CampaignResults(campaign, runs, table, _worst(cells, runs, folder / "worst"), folder, files, warnings)
 
 
 def _claim(campaign: Campaign, folder: Path, report: Callable[[str], Progress]) -> Campaign:
@@ -242,7 +197,7 @@ def _tuned(campaign: Campaign, folder: Path, progress: Progress, processes: int 
     if campaign.tuning is None:
         return {}
     keys = list(product(campaign.tuning.laws, campaign.family_names))
-    paths = {key: folder / "tuning" / f"{_slug(key[0])}-{_slug(key[1])}.json" for key in keys}
+    paths = {key: folder / "tuning" / f"{slug(key[0])}-{slug(key[1])}.json" for key in keys}
     missing = [_Search(campaign, *key, path) for key, path in paths.items() if not path.exists()]
     _all(missing, _search, progress, processes)
     return {key: json.loads(path.read_text())["gains"] for key, path in paths.items()}
@@ -254,7 +209,7 @@ def _take_gains(campaign: Campaign, source: Path, folder: Path) -> None:
     if not account.is_file():
         raise CampaignError(f"{source} holds no campaign")
     held, asked = json.loads(account.read_text()), campaign.model_dump(mode="json")
-    changed = [key for key in _TUNED_BY if held["asked"][key] != asked[key]]
+    changed = [key for key in _TUNED_BY if held["asked"].get(key) != asked[key]]
     changed += ["similarity.time"] if held["time_scale"] != campaign.similarity.time_scale else []
     if changed:
         raise CampaignError(f"{source} was tuned for something else: {', '.join(changed)} differ")
@@ -292,7 +247,7 @@ def _worst(cells: Mapping[Key, Cell], runs: pd.DataFrame, folder: Path) -> dict[
     written = {}
     for label, part in runs.groupby("law", sort=False):
         worst: Any = worst_first(part).iloc[0]
-        cell, path = cells[str(label), worst["family"]], folder / f"{_slug(str(label))}.yaml"
+        cell, path = cells[str(label), worst["family"]], folder / f"{slug(str(label))}.yaml"
         with atomic_path(path) as temporary:
             temporary.write_text(scenario_text(cell.scenario(int(worst["start"]))), encoding="utf-8")
         written[str(label)] = path

@@ -11,7 +11,7 @@ from nhtrack.execution import cores
 from nhtrack.terminal.app import EXIT_DIVERGED, EXIT_INTERRUPTED, app, fail
 from nhtrack.terminal.options import Backend, Changes, Pdf, load_scenario
 from nhtrack.terminal.progress import shown_progress
-from nhtrack.terminal.screen import screen
+from nhtrack.terminal.screen import print_warning, screen
 
 
 @app.command("run")
@@ -37,9 +37,15 @@ def run_command(
     from nhtrack.studies.run.tables import print_outcome
 
     made = {"figures": not no_figures, "pdf": pdf, "video": not no_video, "report": not no_report}
+    told: list[str] = []
+
+    def tell(warning: str) -> None:
+        print_warning(warning)
+        told.append(warning)
+
     with shown_progress() as stage:
-        outcome = run_scenario(loaded, out, overwrite=force, **made, processes=cores(), stage=stage)
-    print_outcome(outcome, screen())
+        outcome = run_scenario(loaded, out, overwrite=force, **made, processes=cores(), stage=stage, tell=tell)
+    print_outcome(outcome, screen(), told)
     if outcome.failure is not None:
         fail(f"diverged: {outcome.failure}; what was recorded until then is kept", EXIT_DIVERGED)
     if outcome.recording.outcome == "interrupted":

@@ -8,10 +8,11 @@ from collections.abc import Mapping
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
-from typing import Unpack
+from typing import Any, Unpack
 
 import numpy as np
 
+from nhtrack.analysis.beforehand import beforehand, beforehand_of_law
 from nhtrack.analysis.demand import predictions
 from nhtrack.analysis.event import sentences
 from nhtrack.analysis.events import find_events
@@ -21,7 +22,7 @@ from nhtrack.config.scenario import Scenario
 from nhtrack.errors import SimulationDiverged
 from nhtrack.experiment.build import Experiment, build, robot_of
 from nhtrack.experiment.compile import compile_once
-from nhtrack.experiment.leader_notes import leader_notes, leader_warnings
+from nhtrack.experiment.leader_notes import leader_notes
 from nhtrack.experiment.loop import Rollout
 from nhtrack.experiment.recorder import FullRecorder, Shape
 from nhtrack.experiment.robot_checks import robot_notes, robot_warnings
@@ -38,7 +39,7 @@ from nhtrack.simulation.scene import Scene, stepped_scene
 from nhtrack.studies.feasibility.run import with_time
 from nhtrack.studies.run.files import make_film, save_run_figures, write_run_report
 from nhtrack.studies.run.result import DivergedError, Outcome
-from nhtrack.terminal.progress import Observer, Stage, shown_progress
+from nhtrack.terminal.progress import Observer, Stage, Tell, shown_progress
 
 # MuJoCo's coordinates of one robot, about.
 _COORDINATES = 9
@@ -90,7 +91,7 @@ def run(
         if out is None:
             outcome = simulate(loaded, stage)
         else:
-            made = {"figures": figures, "pdf": pdf, "video": video, "report": report}
+            made: dict[str, Any] = {"figures": figures, "pdf": pdf, "video": video, "report": report}
             outcome = run_scenario(loaded, Path(out), overwrite=overwrite, **made, processes=processes, stage=stage)
     if outcome.failure is not None:
         raise DivergedError(outcome)
@@ -98,7 +99,9 @@ def run(
 
 
 @np.errstate(over="ignore", invalid="ignore")  # a twin that diverges leaves numbers too large to square
-def simulate(scenario: Scenario, stage: Stage | None = None, folder: Path | None = None) -> Outcome:
+def simulate(
+    scenario: Scenario, stage: Stage | None = None, folder: Path | None = None, tell: Tell | None = None
+) -> Outcome:
     """Returns the outcome of a scenario and its ideal twin, in memory.
 
     The twin runs first, its own closed loop on the ideal integrator, through the same rollout with the same sampled
@@ -108,6 +111,7 @@ def simulate(scenario: Scenario, stage: Stage | None = None, folder: Path | None
         scenario: what to run.
         stage: called with the name of each stage; returns what to report its progress to.
         folder: where rows may go that memory is too small for.
+        tell: called with each warning there is before anything is run.
 
     Raises:
         RoomError: there is no room for the rows; nothing is run.
@@ -119,6 +123,9 @@ def simulate(scenario: Scenario, stage: Stage | None = None, folder: Path | None
         scenario = with_time(scenario, stage("time scale") if stage is not None else None, robot)
     experiment = build(scenario, robot)
     storage(_bytes(experiment), folder)  # told before anything runs
+    if tell is not None:
+        for warning in beforehand(scenario, experiment):
+            tell(warning)
     drive, size = robot.plant, experiment.size
     ideal = IdealSimulation(experiment.network.names, drive, experiment.dt, experiment.scene.ground, size=size)
     twin = _roll(ideal, experiment, stage, "ideal twin", folder)
@@ -154,6 +161,7 @@ def run_scenario(
     report: bool = True,
     processes: int = 1,
     stage: Stage | None = None,
+    tell: Tell | None = None,
 ) -> Outcome:
     """Runs a scenario and writes its results into a folder.
 
@@ -170,13 +178,14 @@ def run_scenario(
         video: whether to make the film.
         report: whether to write the report.
         processes: how many draw the film, see `nhtrack.video.render_film`.
-        stage: see `simulate`.
+        stage: see `simulate`, and so for the next.
+        tell: what to do with warnings before the run.
 
     Raises:
         OutputError: the folder has files in it, or cannot be written to; nothing is run.
     """
     with claimed_folder(scenario.name, out, overwrite) as folder:
-        outcome = simulate(scenario, stage, folder)
+        outcome = simulate(scenario, stage, folder, tell)
     clear(folder)
     files = [outcome.recording.save(folder / "recording.nc"), save_json(folder / "summary.json", outcome.summary)]
     skipped: list[str] = []
@@ -197,7 +206,7 @@ def run_scenario(
 
 def run_warnings(scenario: Scenario, experiment: Experiment, twin: Rollout, drive: DiffDrive) -> tuple[str, ...]:
     """Returns what the gains and the ideal run say will go wrong on wheels, in sentences."""
-    found = (*experiment.law.warnings(), *leader_warnings(scenario))
+    found = beforehand_of_law(scenario, experiment)
     interpreted = entry_of(experiment.law.kind).interpreted
     if interpreted is not None:
         found = (*found, f"law {scenario.law.name!r} {runs_as_python(interpreted)}")

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator, Mapping
 from math import isfinite
 from typing import Any
 
+from nhtrack.config.link import Noise
 from nhtrack.config.physics import Physics
 from nhtrack.config.robots import Start
 from nhtrack.config.scenario import Scenario
@@ -17,6 +18,8 @@ from nhtrack.presentation.result_table import ResultTable, TableRow
 from nhtrack.references import InputSection, MotionInput, SignalInput, SignalValue, TableInput
 from nhtrack.section import Section
 
+_AT_ONCE = ("delay_periods", 0)  # of every law where commands are not late
+_LINK = {"delay": 0, "noise": Noise().model_dump(mode="json")}
 _ROBOTS = 12  # rows of a table
 _GRAPH = (3, 40)  # from so many robots to so many, who tracks whom is drawn
 
@@ -64,7 +67,8 @@ def _keys(scenario: Scenario) -> ResultTable:
     rate = f"{scenario.control_rate:g} control periods a second"
     rows = [
         ("law", scenario.law.name, ""),
-        *_section(scenario.law, lambda key, value: key != "name" and value is not None),
+        *_section(scenario.law, lambda key, value: key != "name" and value is not None and (key, value) != _AT_ONCE),
+        *_section(scenario, lambda key, value: key in _LINK and value != _LINK[key]),
         *_reference(scenario.leader.input),
         ("duration", f"{scenario.duration:g}", f"{on_robot} on the robot's clock"),
         ("robot", scenario.robot.file, f"{scenario.backend} backend, {rate}"),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import TYPE_CHECKING, Any
 
 from nhtrack.presentation.numbers import cell, degrees, row_of, seconds
@@ -20,13 +20,13 @@ if TYPE_CHECKING:
 _ROWS = 12  # of a table: more would push what matters off the screen
 
 
-def print_outcome(outcome: Outcome, console: Console) -> None:
-    """Prints the figures of a run, its notes and warnings, and where its files are."""
+def print_outcome(outcome: Outcome, console: Console, told: Collection[str] = ()) -> None:
+    """Prints the figures of a run, its notes and warnings but for those told before, and where its files are."""
     for table in run_tables(outcome.summary):
         console.print(rich_table(table))
     for note in outcome.notes:
         print_line(console, f"note: {escape(note)}")
-    for warning in outcome.warnings:
+    for warning in (each for each in outcome.warnings if each not in told):
         print_line(console, f"[yellow]warning:[/] {escape(warning)}")
     for reason in outcome.skipped:
         print_line(console, f"[yellow]left out:[/] {escape(reason)}")

@@ -26,7 +26,8 @@ class Trial:
 
     def __init__(self, scenario: Scenario, names: tuple[str, ...], objective: Objective, robot: RobotModels) -> None:
         self._scenario, self._names, self._objective, self._robot = scenario, names, objective, robot
-        slower = math.ceil(scenario.periods / SEARCH_PERIODS)
+        late = scenario.delay or scenario.law.delay_periods  # periods, which would be longer
+        slower = 1 if late else math.ceil(scenario.periods / SEARCH_PERIODS)
         self._search = scenario.model_copy(update={"control_rate": scenario.control_rate / slower})
 
     def run(

@@ -1,0 +1,67 @@
+"""What is known to go wrong before anything is run: of the gains, and of a leader beyond law or robot."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from nhtrack.analysis.demand import root_predictions
+from nhtrack.analysis.motion import root_motion
+from nhtrack.analysis.speedup import rounded_up
+from nhtrack.config.law_sections import law_section
+from nhtrack.config.link import delay_warnings
+from nhtrack.config.scenario import Scenario
+from nhtrack.experiment.build import Experiment, make_law
+from nhtrack.experiment.leader_notes import leader_warnings
+from nhtrack.laws import Law, LeaderMotion
+from nhtrack.laws.leader_bounds import over_limits
+
+_RESERVE = 1.05  # a leader at its followers' limit is not reached by most of them; one as much slower is
+_ELSE = "agile"  # the law to be tried where another one has a bound
+
+
+def beforehand(scenario: Scenario, experiment: Experiment) -> tuple[str, ...]:
+    """Returns what is wrong with gains and leader, in sentences; nothing is run for it."""
+    return (*beforehand_of_law(scenario, experiment), *leader_beyond_robot(scenario, experiment))
+
+
+def beforehand_of_law(scenario: Scenario, experiment: Experiment) -> tuple[str, ...]:
+    """Returns the same of the law alone, and of the leader's way along its path."""
+    name, law = scenario.leader.name, experiment.law
+    beyond = (f"{name}: {said}" for said in leader_beyond_law(law, scenario, experiment))
+    late = delay_warnings(scenario.delay, scenario.law)
+    return (*law.warnings(), *late, *leader_warnings(scenario), *beyond)
+
+
+def leader_beyond_robot(scenario: Scenario, experiment: Experiment) -> tuple[str, ...]:
+    """Returns what is too much for a robot that moves as the leader is to, in sentences; nothing on the ideal model."""
+    return () if scenario.backend == "ideal" else root_predictions(scenario, experiment)
+
+
+def leader_beyond_law(law: Law, scenario: Scenario, experiment: Experiment) -> tuple[str, ...]:
+    """Returns what of the leader's motion a law cannot follow, or is not known to, each with what would help.
+
+    Args:
+        law: in robot units; the experiment's own, or another.
+        scenario: of the experiment.
+        experiment: whose root is looked at; what its followers track is not where they have places or several parents.
+    """
+    leader = _root(experiment)
+    over, time = over_limits(law.limits, experiment.dt, leader), scenario.similarity.time_scale
+    slower = max((each.slower for each in over), default=1.0)
+    fitting = rounded_up(_RESERVE * time * slower)
+    reserve = f"{100 * (_RESERVE - 1):.2g} %"
+    within = f"it is not followed while that lasts; similarity.time {fitting:g} would leave a reserve of {reserve}"
+    beyond = law.beyond(experiment.dt, leader)
+    other = make_law(law_section(_ELSE)(name=_ELSE), experiment.similarity)
+    helps = beyond and law.kind is not other.kind and not other.beyond(experiment.dt, leader)
+    remedy = f"; no such bound is known of law: {{name: {_ELSE}}}" if helps else ""
+    return (*(f"{each.says}: {within}" for each in over), *(f"{said}{remedy}" for said in beyond))
+
+
+def _root(experiment: Experiment) -> LeaderMotion:
+    """Returns the root's motion at the beginning of each control period."""
+    motion = root_motion(experiment)
+    x, y, theta = motion.g[::2].T
+    v, omega, u_x, u_theta = (rates[::2] for rates in motion.rates)
+    aside = np.zeros_like(v)
+    return LeaderMotion(x, y, theta, v, aside, omega, u_x, aside, u_theta)
