@@ -13,12 +13,14 @@ from hypothesis import strategies as st
 from rich.console import Console
 
 from nhtrack.analysis.event import Event, Touch, sentences
-from nhtrack.analysis.events import AT_LIMIT, CLEAR, CREEP, LEANING, LIFTED, SPINNING, STILL, find_events
+from nhtrack.analysis.events import AT_LIMIT, CLEAR, CREEP, HIGH, LEANING, LIFTED, SPINNING, STILL, find_events
 from nhtrack.analysis.metrics import summary
 from nhtrack.analysis.spells import GAP, joined_spells, lasting
-from nhtrack.experiment.load import load
+from nhtrack.experiment.load import load, load_text
 from nhtrack.recording import Recording, make_recording
 from nhtrack.report.summary_text import run_verdicts
+from nhtrack.simulation.robot_models import read_robot
+from nhtrack.simulation.spec import SceneSpec
 from nhtrack.studies.run.result import Outcome
 from nhtrack.studies.run.run import simulate
 from nhtrack.studies.run.tables import print_outcome
@@ -58,7 +60,7 @@ class Story:
         self["friction_utilisation"][rows, robot, wheel] = used
         self["longitudinal_slip"][rows, robot, wheel] = speed
 
-    def lift(self, rows: slice | int, wheel: int, height: float = 0.01, load: float = 0.0) -> None:
+    def lift(self, rows: slice | int, wheel: int, height: float = 0.002, load: float = 0.0) -> None:
         """Makes a wheel of the follower rise above the floor [m] and bear a load [N]."""
         self["wheel_load"][rows, FOLLOWER, wheel] = load
         self["wheel_clearance"][rows, FOLLOWER, wheel] = height
@@ -167,11 +169,11 @@ def test_both_wheels_make_one_event(story: Story) -> None:
 
 def test_a_wheel_is_off_the_floor_when_it_bears_no_load_for_long_enough(story: Story) -> None:
     rows = round(LIFTED / DT)
-    story.lift(slice(10, 10 + rows), LEFT, 0.02)
-    story.lift(slice(100, 100 + rows - 1), LEFT)  # a hop
+    story.lift(slice(10, 10 + rows), LEFT, 0.002)
+    story.lift(slice(100, 100 + rows - 1), LEFT, 0.002)  # a hop
     story.lift(slice(200, 220), LEFT, load=0.01)  # touches in some physics steps of each period
     (event,) = story.events()
-    assert event == Event("wheel off the floor", "follower", "left", TIME[9], TIME[9 + rows], "height", 0.02, "m")
+    assert event == Event("wheel off the floor", "follower", "left", TIME[9], TIME[9 + rows], "height", 0.002, "m")
 
 
 @pytest.mark.parametrize("size", [0.1, 1.0, 10.0])
@@ -180,6 +182,13 @@ def test_a_wheel_off_the_floor_is_clear_of_it(story: Story, size: float, height:
     """Load alone does not tell: contacts that chatter bear nothing for as long as one likes."""
     story.lift(slice(10, 40), LEFT, height * CLEAR * WHEEL_RADIUS * size)
     assert bool(story.events(wheel_radius=WHEEL_RADIUS * size)) == lifted
+
+
+def test_a_wheel_that_rises_higher_than_any_hop_is_off_the_floor_at_once(story: Story) -> None:
+    story.lift(slice(10, 14), LEFT, 0.9 * HIGH * WHEEL_RADIUS)
+    assert story.events() == ()
+    story.lift(12, LEFT, 1.1 * HIGH * WHEEL_RADIUS)
+    assert spans(story.events()) == [("wheel off the floor", "left", 0.09, 0.13)]
 
 
 def test_wheels_that_rise_after_each_other_make_one_event(story: Story) -> None:
@@ -428,13 +437,26 @@ def test_the_terminal_shows_angles_in_degrees_and_both_robots_of_a_contact(story
     story.touch(10, 0.004, 0.2, 0.5, 0.003)
     story["tilt"][11:20, FOLLOWER] = np.radians(7.5)
     lines = [line.split() for line in printed(story.recording())]
-    assert "wheel off the floor follower right 0.09 s 0.19 s height 10 mm".split() in lines
+    assert "wheel off the floor follower right 0.09 s 0.19 s height 2 mm".split() in lines
     assert "touched leader, follower - 0.09 s 0.1 s closing speed 500 mm/s".split() in lines
     assert "leaning follower - 0.1 s 0.19 s tilt 7.5°".split() in lines
 
 
 # -- real wheels ------------------------------------------------------------------------------------
 
+CART_ON_ICE = """
+name: ice
+robot: warehouse
+duration: 4
+physics: {friction: 0.8, slope: {angle: 0.07}, patches: [{friction: 0.05, disc: [2, 0, 1.5]}]}
+law: {name: universal}
+leader: {start: {pose: [0, 0, 0]}, input: {u_x: "0.8", u_theta: "0"}}
+followers: [{name: F, parents: [leader], start: {pose: [-1.2, 0.1, 0]}}]
+"""
+# Nothing is commanded, and motors do not keep wheels from turning as fast.
+DRIVES_ON = (
+    "leader.input.u_x=0", "leader.input.u_theta=0", "physics.motors.no_load_speed=400", "physics.motors.torque_limit=0.09"
+)  # fmt: skip
 FAST_TURN = ("physics.friction=3", "leader.start.twist=[2.4, 15]")  # v omega twice g b/h: see tests/fidelity
 
 
@@ -482,3 +504,39 @@ class TestRealWheels:
         assert tipped["start"] == tipped["end"] == found.failure.time == found.recording.dataset.attrs["diverged_time"]
         assert LEANING < tipped["worst"] == leaning["worst"] < np.radians(30.0)
         assert any(told.startswith("leader tipped over: at ") for told in found.summary["warnings"])
+
+    @pytest.mark.parametrize(("share", "falls"), [(0.8, False), (1.1, True)])
+    def test_a_wheel_lifts_where_the_turn_leaves_it_no_load(self, share: float, falls: bool) -> None:
+        """On a circle a robot tips about the line from its outer wheel to its caster, which is l behind the axle.
+
+        With the CoM c_x ahead of the axle and h high, m g is at b (c_x + l)/L from this line, of length L, and m v
+        omega is across it by l/L: it tips where v omega = g (b/h) (1 + c_x/l). A wheel that bears little slips first.
+        """
+        drive = read_robot(SceneSpec(("robot",))).plant
+        c_x, _, h = drive.com
+        most = 9.81 * drive.half_separation / h * (1 - c_x / drive.casters[0][0])
+        found = outcome(*DRIVES_ON, "physics.friction=3", f"leader.start.twist=[2.4, {share * most / 2.4}]", duration=1.0)
+        told = {"wheel off the floor", "leaning", "tipped"} & kinds(found, "leader")
+        assert told == ({"wheel off the floor", "leaning", "tipped"} if falls else set())
+        lifted = [event["wheel"] for event in found.summary["events"] if event["kind"] == "wheel off the floor"]
+        assert lifted == (["left"] if falls else [])
+
+    @pytest.mark.parametrize(("used", "slips"), [(0.95, False), (1.05, True)])
+    def test_wheels_slip_where_they_are_asked_for_more_than_the_floor_holds(self, used: float, slips: bool) -> None:
+        """Straight on each wheel gives half of m a; accelerating loads the wheels, the caster lies behind them."""
+        drive, a, zero = read_robot(SceneSpec(("robot",))).plant, np.array(0.5), np.zeros(())
+        holds = drive.mass * float(a) / 2 / float(drive.wheel_loads(zero, zero, a, zero)[0])
+        changes = (f"physics.friction={holds / used}", "leader.input.u_x=0.5", "leader.input.u_theta=0")
+        found = outcome(*changes, "leader.start.twist=[0, 0]", duration=0.5)
+        assert kinds(found, "leader") == ({"slipping"} if slips else set())
+
+    def test_a_cart_whose_wheels_spin_on_ice_stays_on_the_floor(self) -> None:
+        """Its loads jump from nothing to three times what they are on the mean, and it hops by a millimetre."""
+        found = simulate(load_text(CART_ON_ICE))
+        load = found.recording["wheel_load"].values[:, 0]
+        at_rest = float(load[1:50].mean())
+        spins = (load == 0).any(axis=-1)
+        assert spins.mean() > 0.1
+        assert load[spins.argmax() :].mean() == pytest.approx(at_rest, rel=0.05)
+        assert kinds(found, "leader") == {"slipping"}
+        assert found.summary["robots"]["leader"]["smallest_wheel_load"] > 0.2 * at_rest

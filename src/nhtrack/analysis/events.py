@@ -32,6 +32,8 @@ CREEP = 1e-3
 # [s] How long a wheel must bear no load and be clear of the floor. Wheels that slide hop, some 30 ms at a time, which
 # is a height of g t^2/8 = 1 mm, and their loads over a tenth of a second are those of wheels that stand.
 LIFTED = 0.1
+# Share of the wheels' radius above which no wheel hops: one that is as high is off the floor at once.
+HIGH = 0.1
 # Share of the wheels' radius from which a wheel is clear of the floor.
 CLEAR = 0.005
 # [s] How long a robot must hardly move. A robot that turns round at its motors' limits does so for some 0.01 s.
@@ -50,9 +52,9 @@ def find_events(recording: Recording) -> tuple[Event, ...]:
     """Returns the events of a run, by their start, then in the order of robots and kinds.
 
     - `slipping`: a wheel at its friction limit (`AT_LIMIT`) that slips faster than `CREEP`; its largest slip speed.
-    - `wheel off the floor`: a wheel that for `LIFTED` or longer bears no load and is clear of the floor, by more than
-      `CLEAR`; how high it rose. Loads are means over control periods, since the contact forces of a sliding wheel
-      chatter from one physics step to the next, and such a wheel hops.
+    - `wheel off the floor`: a wheel that bears no load and is clear of the floor by more than `CLEAR`, for `LIFTED` or
+      longer, or as high as `HIGH`; how high it rose. Loads are means over control periods, since the contact forces of
+      a sliding wheel chatter from one physics step to the next, and such a wheel hops.
     - `stuck`: a robot that hardly moves for `STUCK` or longer although a wheel spins or a motor is at its limit;
       largest speed at a wheel's rim. Turning on the spot is motion: the way of the axle and that of the wheels about it
       count, over a control period. Slow and fast are shares (`STILL`, `SPINNING`) of the speed that motors without load
@@ -78,10 +80,12 @@ class Condition(NamedTuple):
     Attributes:
         holds: shape (t, n, 2) for wheels, (t, n, 1) for robots.
         badness: of the worse wheel, shape (t, n).
+        sure: where it is an event however short its spell is, of the shape of `holds`; nowhere by default.
     """
 
     holds: np.ndarray
     badness: np.ndarray
+    sure: np.ndarray | None = None
 
 
 @dataclass(frozen=True)
@@ -95,7 +99,7 @@ class EventRule:
         condition: reads the condition from a recording.
         variables: variables that it needs.
         dimensions: of the robot that it needs.
-        shortest: how long the condition must hold without a break [s].
+        shortest: how long the condition must hold without a break, unless it is sure [s].
     """
 
     kind: EventKind
@@ -126,8 +130,9 @@ def _slipping(recording: Recording) -> Condition:
 
 def _off_the_floor(recording: Recording) -> Condition:
     clearance = recording["wheel_clearance"].values
-    clear = clearance > CLEAR * recording.robot.wheel_radius
-    return Condition(clear & (recording["wheel_load"].values <= 0), clearance.max(axis=-1))
+    radius, free = recording.robot.wheel_radius, recording["wheel_load"].values <= 0
+    clear, high = free & (clearance > CLEAR * radius), free & (clearance > HIGH * radius)
+    return Condition(clear, clearance.max(axis=-1), high)
 
 
 def _stuck(recording: Recording) -> Condition:
@@ -172,8 +177,11 @@ _RULES = (
 
 def _events_of(recording: Recording, rule: EventRule) -> list[Event]:
     time, begin = recording.time, begins(recording.time)
-    holds, badness = rule.condition(recording)
-    wheels: np.ndarray = np.apply_along_axis(lasting, 0, holds, time, rule.shortest)
+    holds, badness, sure = rule.condition(recording)
+    wheels = np.zeros_like(holds)
+    for place in np.ndindex(holds.shape[1:]):
+        each = (slice(None), *place)
+        wheels[each] = lasting(holds[each], time, rule.shortest, None if sure is None else sure[each])
     robots: np.ndarray = np.any(wheels, axis=-1)
     return [
         Event(

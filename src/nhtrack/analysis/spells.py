@@ -15,13 +15,13 @@ GAP = 0.1
 _ROUNDING = 1e-9  # [s] of times that are sums of periods
 
 
-def lasting(holds: np.ndarray, time: np.ndarray, shortest: float) -> np.ndarray:
-    """Returns `holds` without its spells shorter than `shortest` [s], all of shape (t,)."""
+def lasting(holds: np.ndarray, time: np.ndarray, shortest: float, sure: np.ndarray | None = None) -> np.ndarray:
+    """Returns `holds` without its spells shorter than `shortest` [s], all of shape (t,); one that is sure stays."""
     first, last = spells(holds)
     short = time[last] - begins(time)[first] < shortest - _ROUNDING
     kept = holds.copy()
     for start, end in zip(first[short], last[short], strict=True):
-        kept[start : end + 1] = False
+        kept[start : end + 1] = sure is not None and sure[start : end + 1].any()
     return kept
 
 
