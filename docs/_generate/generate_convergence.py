@@ -14,7 +14,7 @@ import numpy as np
 import pandas as pd
 from pages import fill, table
 
-from nhtrack.config.families import FAMILIES, RANDOM
+from nhtrack.config.families import FAMILIES, QUICK, RANDOM, RANDOM_WALK, SETS
 from nhtrack.presentation.numbers import percent
 
 DOCS = Path(__file__).resolve().parents[1]
@@ -23,6 +23,8 @@ README = DOCS.parent / "README.md"
 CAMPAIGNS = DOCS / "campaigns"
 
 FOLDERS = ("ideal", "mujoco", "rivals_ideal", "rivals_mujoco")  # of docs/campaigns/, each between its markers
+MAPS = "bandwidth"  # likewise, but shown by its maps alone
+MAPS_IN_A_ROW = 2
 FIGURES: Mapping[str, str] = {
     "share_map": "Share of starts that converge, for every law and reference",
     "settling": "Share of starts that have settled by a time",
@@ -41,6 +43,21 @@ LEADERS: Mapping[str, str] = {
     "park": "drives an arc and parks",
     "spin": "turns on the spot",
     "slow-decay": "slows down as 1/(1 + t), in speed and turning rate",
+    **{name: "goes to and fro, swaying" for name in QUICK if name.startswith("reverse-")},
+    "chirp": "goes to and fro ever faster, up to 3.4 rad/s, swaying",
+    "crossings": "goes to and fro, longer ahead than back",
+    **{name: "goes to and fro while it turns" for name in QUICK if name.startswith("cusps-")},
+    **{name: "on a circle, at once" for name in QUICK if name.startswith("circle-")},
+    **{name: "turns on the spot, at once" for name in QUICK if name.startswith("spin-")},
+    "bursts": "stands, and every 5 s is pushed for 0.2 s and braked",
+    "wander": "drives and turns as sums of sines that never repeat",
+    "square": "drives along a side of 2 m, stops, turns on the spot, goes on",
+    "eight": "drives a lemniscate, x = 2 sin 0.3t, y = sin 0.6t",
+    **{name: "slows down exponentially" for name in QUICK if name.startswith("decay-")},
+    "ever-faster": "never stops speeding up, swaying",
+    "tiny": "hardly moves",
+    RANDOM: "random pieces, see below",
+    RANDOM_WALK: "velocities walk at random, see below",
 }
 
 
@@ -85,13 +102,14 @@ def read_cells(path: Path) -> pd.DataFrame:
     return pd.read_csv(path, dtype={"gains": str}).fillna({"gains": ""})
 
 
-def families_table() -> str:
-    """Returns what the leader does in each bundled family."""
+def families_table(names: Iterable[str]) -> str:
+    """Returns what the leader does in bundled families."""
     rows = []
-    for name, family in FAMILIES.items():
-        v, omega = family.get("twist", (0.0, 0.0))
-        rows.append([name, LEADERS[name], signal(family["u_x"]), signal(family["u_theta"]), f"{v:g}, {omega:g}"])
-    rows.append([RANDOM, "random pieces, see below", "", "", "0, 0"])
+    for name in names:
+        family = {**FAMILIES, **QUICK}.get(name, {})
+        (v, omega), signals = family.get("twist", (0.0, 0.0)), (family.get(key, "") for key in ("u_x", "u_theta"))
+        first = "those of the path" if "input" in family else f"{v:g}, {omega:g}"
+        rows.append([name, LEADERS[name], *map(signal, signals), first])
     header = ["reference", "the leader", "u_x [m/s^2]", "u_theta [rad/s^2]", "v [m/s], omega [rad/s] at first"]
     return table(header, rows)
 
@@ -99,7 +117,7 @@ def families_table() -> str:
 def signal(value: Any) -> str:
     """Returns a signal of a scenario in words."""
     if not isinstance(value, list):
-        return f"`{value}`" if isinstance(value, str) else f"{value:g}"
+        return f"{value:g}" if isinstance(value, (int, float)) else f"`{value}`" if value else ""
     return ", ".join(f"{piece['value']:g} until {piece['until']:g} s" for piece in value) + ", then 0"
 
 
@@ -192,17 +210,47 @@ def part(folder: Path) -> str:
     return "\n\n".join(block for block in blocks if block)
 
 
+def maps_part(folder: Path) -> str:
+    """Returns what the page shows of a campaign over grids: how it was measured, maps, and the shares of laws."""
+    path = folder / "cells.csv"
+    if not path.is_file():
+        return f"*Not measured yet: `docs/campaigns/{folder.name}/cells.csv` is missing.*"
+    cells = read_cells(path)
+    blocks = [f"{measured_on(cells)} of each point; converged: {limits(cells)}."]
+    for name, own in cells.groupby("grid", sort=False):
+        shown = [
+            f"![Shares of `{law}` over the grid {name}](campaigns/{folder.name}/figures/grid_map_{name}_{law}.png)"
+            for law in own["law"].unique()
+        ]
+        shown += ["-"] * (-len(shown) % MAPS_IN_A_ROW)
+        rows = [shown[first : first + MAPS_IN_A_ROW] for first in range(0, len(shown), MAPS_IN_A_ROW)]
+        blocks.append(table([str(name)] * MAPS_IN_A_ROW, rows))
+    whole = cells.assign(family=cells["grid"]).groupby(["law", "family"], sort=False)[["converged", "starts"]].sum()
+    shares = [[f"`{law}`", *(f"{percent(row.converged / row.starts)} %" for row in own.itertuples())]
+              for law, own in whole.groupby("law", sort=False)]  # fmt: skip
+    return "\n\n".join([*blocks, table(["of all starts", *map(str, cells["grid"].unique())], shares)])
+
+
 def conditions(cells: pd.DataFrame) -> str:
     """Returns how the tables were measured, and how they read."""
-    backends = " and ".join(BACKENDS[name] for name in cells["backend"].unique())
-    counts = " to ".join(grouped(count) for count in sorted({cells["starts"].min(), cells["starts"].max()}))
-    limits = cells[["position_limit", "heading_limit"]].drop_duplicates().to_numpy()
-    within = " or ".join(f"{quantity(position, 'm')} and {quantity(heading, 'rad')}" for position, heading in limits)
     return (
-        f"{backends}, {counts} starts for every law and reference; converged: within {within}. Figures are medians "
+        f"{measured_on(cells)} for every law and reference; converged: {limits(cells)}. Figures are medians "
         "over the starts, in brackets the largest; errors are of followers that were not lost, times of those that "
         "settled."
     )
+
+
+def measured_on(cells: pd.DataFrame) -> str:
+    """Returns on what, and from how many starts."""
+    backends = " and ".join(BACKENDS[name] for name in cells["backend"].unique())
+    counts = " to ".join(grouped(count) for count in sorted({cells["starts"].min(), cells["starts"].max()}))
+    return f"{backends}, {counts} starts"
+
+
+def limits(cells: pd.DataFrame) -> str:
+    """Returns the criterion of arrival."""
+    found = cells[["position_limit", "heading_limit"]].drop_duplicates().to_numpy()
+    return "within " + " or ".join(f"{quantity(near, 'm')} and {quantity(turned, 'rad')}" for near, turned in found)
 
 
 def figures(folder: Path) -> str:
@@ -258,7 +306,8 @@ def overall(cells: pd.DataFrame) -> str:
 
 def main() -> None:
     """Writes the tables of the page, and the one of the README."""
-    fill(PAGE, {"families": families_table(), **{name: part(CAMPAIGNS / name) for name in FOLDERS}})
+    families = {"families": families_table(SETS["slow"]), "quick_families": families_table(SETS["quick"])}
+    fill(PAGE, families | {name: part(CAMPAIGNS / name) for name in FOLDERS} | {MAPS: maps_part(CAMPAIGNS / MAPS)})
     fill(README, {"laws": overview()})
 
 

@@ -35,6 +35,10 @@ PAGE = DOCS / "convergence.md"
 FIGURE = DOCS / "figures" / "convergence_curves.png"
 STARTS = 10  # of every law, reference and setting
 AHEAD = ", asked ahead"  # what a law is called that predicts the delay
+LEFT_OUT = (  # of the fast leaders: those that came to them after the curves were measured
+    "reverse-20s", "circle-10", "circle-20", "bursts", "square", "eight", "decay-1s", "decay-10s", "decay-30s",
+    "random-walk",
+)  # fmt: skip
 LAWS = ("agile", "universal", "samson", "jiang_nijmeijer")
 RATES = (5, 10, 20, 50, 100, 200)  # [Hz]
 DELAYS = (0, 1, 2, 5, 10)  # control periods at 100 Hz
@@ -71,7 +75,8 @@ def base(starts: int) -> Campaign:
     names = {law: {"name": law} for law in LAWS}
     changes = {"starts.count": starts, "physics.timestep": 0.001, "laws": names}
     fast = load_campaign("campaign/fast_leaders", [f"{key}={value}" for key, value in changes.items()])
-    return fast.model_copy(update={"families": (*FAMILIES, RANDOM, *fast.families)})
+    kept = (name for name in fast.family_names if name not in LEFT_OUT)
+    return fast.model_copy(update={"families": (*FAMILIES, RANDOM, *kept)})
 
 
 class Task(NamedTuple):
@@ -140,7 +145,7 @@ def part(found: Mapping[str, Mapping[str, np.ndarray]], campaign: Campaign) -> s
     """Returns what the page shows: the figure, how it was measured, and its numbers."""
     arrival, count = campaign.arrival, len(campaign.families)
     said = (
-        f"Ideal model, {campaign.starts.count} starts from each of {count} references, the ten families and those of "
+        f"Ideal model, {campaign.starts.count} starts from each of {count} references, the ten families and 22 of "
         f"`campaign/fast_leaders`; converged: within {1e3 * arrival.position:g} mm and {1e3 * arrival.heading:g} mrad, "
         "truly. All laws have their default gains; *asked ahead* is `delay_periods` as long as the delay."
     )

@@ -11,6 +11,7 @@ import pytest
 
 from campaign_tables import FAMILIES, LAWS, campaign_cells, campaign_starts
 from nhtrack.config.families import FAMILIES as BUNDLED
+from nhtrack.config.families import QUICK
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
 SIZES = (("position", "m"), ("heading", "rad"))
@@ -33,7 +34,7 @@ def convergence(monkeypatch, tmp_path):
     monkeypatch.setattr(script, "README", tmp_path / "README.md")
     monkeypatch.setattr(script, "CAMPAIGNS", tmp_path / "campaigns")
     script.README.write_text("<!-- begin: laws -->\n<!-- end: laws -->")
-    markers = ("families", *script.FOLDERS)
+    markers = ("families", "quick_families", script.MAPS, *script.FOLDERS)
     script.PAGE.write_text("\n".join(f"<!-- begin: {name} -->\n<!-- end: {name} -->" for name in markers))
     return script
 
@@ -169,10 +170,31 @@ def test_only_figures_that_are_there_are_shown(convergence):
     assert shown == [f"campaigns/ideal/figures/{name}.png" for name in ("share_map", "start_map_universal")]
 
 
+def test_a_campaign_over_grids_is_shown_by_its_maps(convergence):
+    cells = measured(convergence, convergence.MAPS, LAWS[:3])
+    assert set(cells["law"]) == set(LAWS[:3])
+    grids = np.where(cells["family"].isin(FAMILIES[:4]), "one", "two")
+    cells.assign(grid=grids).to_csv(convergence.CAMPAIGNS / convergence.MAPS / "cells.csv", index=False)
+    convergence.main()
+    text = between(convergence.PAGE, convergence.MAPS)
+    assert text.startswith("Ideal model, 40 starts of each point; converged: within 10 mm and 20 mrad.")
+    shown = re.findall(r"!\[.+?\]\((.+?)\)", text)
+    assert shown == [
+        f"campaigns/{convergence.MAPS}/figures/grid_map_{grid}_{law}.png" for grid in ("one", "two") for law in LAWS[:3]
+    ]
+    shares = tables(text)[-1]
+    for row, law in zip(shares, LAWS, strict=False):
+        for grid in ("one", "two"):
+            own = cells[(cells["law"] == law) & (grids == grid)]
+            expected = own["converged"].sum() / own["starts"].sum()
+            assert float(row[grid].removesuffix(" %")) == pytest.approx(100 * expected, abs=0.06)
+
+
 def test_every_bundled_reference_is_described(convergence):
     convergence.main()
-    (rows,) = tables(between(convergence.PAGE, "families"))
+    (rows,), (quick,) = (tables(between(convergence.PAGE, name)) for name in ("families", "quick_families"))
     assert [row["reference"] for row in rows] == [*BUNDLED, "random"]
+    assert [row["reference"] for row in quick] == [*QUICK, "random-walk"]
     park = next(row for row in rows if row["reference"] == "park")
     assert park["u_x [m/s^2]"] == "0.5 until 2 s, 0 until 20 s, -0.5 until 22 s, then 0"
 

@@ -197,10 +197,17 @@ def chase(family: str, label: str = "agile") -> pd.DataFrame:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("family", [*FAST.family_names, *FAMILIES])
+@pytest.mark.parametrize("family", [*(name for name in FAST.family_names if name != "bursts"), *FAMILIES])
 def test_every_start_converges(family: str) -> None:
     found = chase(family)
     assert found["converged"].all()
+
+
+@pytest.mark.slow
+def test_pushes_out_of_rest_turn_followers_a_little_and_never_lose_them() -> None:
+    found = chase("bursts")
+    assert (found["late_position"] < 0.005).all()
+    assert (found["late_heading"] < 0.06).all()
 
 
 @pytest.mark.slow

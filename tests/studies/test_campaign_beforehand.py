@@ -17,14 +17,14 @@ from nhtrack.studies.campaign.run import run_campaign
 BUNDLED = ["rest", "line", "circle", "sinus", "stop-and-go", "forward-reverse", "park", "spin", "slow-decay", "random"]
 # For each law what is told and does not come true, and what comes true untold: 20 starts, nine in ten are to arrive.
 WRONG: dict[str, tuple[set[str], set[str]]] = {
-    "agile": (set(), set()),
-    "universal": (set(), {"cusps-medium"}),
+    "agile": (set(), {"bursts"}),
+    "universal": (set(), {"bursts", "cusps-medium", "square"}),
     "samson": (set(), set()),
     "kanayama": (set(), set()),
-    "jiang_nijmeijer": ({"reverse-6s"}, set()),
+    "jiang_nijmeijer": ({"reverse-6s", "decay-10s"}, set()),
     "panteley": (set(), set()),
-    "vfo": (set(), set()),
-    "limited": ({"reverse-300ms"}, set()),
+    "vfo": ({"random-walk"}, {"bursts"}),
+    "limited": ({"reverse-300ms"}, {"bursts"}),
 }
 
 
@@ -94,7 +94,7 @@ starts: {count: 2}
 @pytest.mark.slow
 @pytest.mark.parametrize("law", WRONG)
 def test_what_is_told_comes_true(law: str) -> None:
-    """Ten families and 22 quick leaders: told where fewer than nine in ten starts arrive, and not elsewhere."""
+    """Ten families and 32 quick leaders: told where fewer than nine in ten starts arrive, and not elsewhere."""
     name = "agile" if law == "limited" else law
     limits = {"limits": {"utilisation": 0.5}} if law == "limited" else {}
     campaign = all_leaders({law: {"name": name} | limits})

@@ -68,8 +68,9 @@ def _account(loaded: Scenario | Campaign) -> str:
     from nhtrack.presentation.numbers import counted
 
     if isinstance(loaded, Campaign):
-        runs = len(loaded.laws) * len(loaded.families) * loaded.starts.count
-        laws, references = counted(len(loaded.laws), "law"), counted(len(loaded.families), "reference")
+        families = len(loaded.family_names)
+        runs = len(loaded.laws) * families * loaded.starts.count
+        laws, references = counted(len(loaded.laws), "law"), counted(families, "reference")
         return f"{laws}, {references}, {counted(runs, 'run')}, {loaded.backend} backend"
     scenario = loaded
     auto = scenario.similarity.time == "auto"

@@ -11,31 +11,33 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path as FilePath
 from typing import Annotated, Any, TypeAlias
 
-from pydantic import AfterValidator, Discriminator, Field, Tag
+from pydantic import AfterValidator, Field
 
-from nhtrack.config.checks import Checks, Clock, clock_findings, input_findings
-from nhtrack.config.families import FAMILIES, RANDOM
+from nhtrack.config.checks import Checks, Clock, clock_findings
+from nhtrack.config.families import DRAWN, SETS
+from nhtrack.config.family_findings import family_findings
+from nhtrack.config.family_sections import FamilyChoice, FamilyLeader, GridFamily, bundled_leader
 from nhtrack.config.law_sections import Law
 from nhtrack.config.link import Delay, Noise
 from nhtrack.config.physics import Physics
 from nhtrack.config.robot_section import RobotChoice, RobotSection
 from nhtrack.config.similarity_section import SimilaritySection
 from nhtrack.config.tree import lookup
-from nhtrack.config.values import Backend, Name, PlanarTwist, RunName
+from nhtrack.config.values import Backend, RunName
 from nhtrack.errors import did_you_mean
-from nhtrack.references import SignalInput, SignalValue
 from nhtrack.section import Finding, Section, fault
 from nhtrack.settling import HEADING, POSITION
 
 _LABEL = re.compile(r"[A-Za-z][A-Za-z0-9_ -]{0,39}\Z")  # it names files
-BUNDLED = (*FAMILIES, RANDOM)
 
 
 class Starts(Section):
-    """Where followers begin: a disc around the leader, which starts at the origin and heads along x."""
+    """Where followers begin: a disc around the leader, seen from which x points ahead."""
 
     count: int = Field(default=1000, ge=1, le=1_000_000, description="starts for every law and family [1]")
-    seed: int = Field(default=0, ge=0, description="seed of the starts, of the family `random` and of `noise` [1]")
+    seed: int = Field(
+        default=0, ge=0, description="seed of the starts, of `random` and `random-walk`, and of `noise` [1]"
+    )
     radius: float = Field(default=10.0, ge=0, description="radius of the disc [scenario length]")
     speed: float = Field(default=1.0, ge=0, description="largest |v| [scenario length/time]")
     turning: float = Field(default=1.0, ge=0, description="largest |omega| [rad/scenario time]")
@@ -56,22 +58,6 @@ class Arrival(Section):
     last: float = Field(default=15.0, gt=0, description="how long before the end it counts [scenario time]")
 
 
-class Family(Section):
-    """A reference: what the leader does."""
-
-    name: Name = Field(description="how tables call it")
-    u_x: SignalValue = Field(description="forward acceleration [scenario length/time^2]")
-    u_theta: SignalValue = Field(description="angular acceleration [rad/scenario time^2]")
-    twist: PlanarTwist = Field(
-        default=(0.0, 0.0), description="v [scenario length/time] and omega [rad/scenario time] at the start"
-    )
-
-    @property
-    def input(self) -> SignalInput:
-        """The leader's input as a scenario has it."""
-        return SignalInput(u_x=self.u_x, u_theta=self.u_theta)
-
-
 class TuningSection(Section):
     """Gains that are searched before a law is tried, anew for every family, as `nhtrack tune` does."""
 
@@ -87,16 +73,15 @@ def _label(text: str) -> str:
     return text
 
 
-def _bundled_family(name: str) -> str:
-    if name not in BUNDLED:
-        raise fault(f"no family {name!r}; {did_you_mean(name, BUNDLED)}")
-    return name
+def _members(family: Any) -> tuple[Any, ...]:
+    return SETS.get(family, (family,)) if isinstance(family, str) else (family,)
 
 
-FamilyChoice: TypeAlias = Annotated[
-    Annotated[str, AfterValidator(_bundled_family), Tag("<family name>")] | Annotated[Family, Tag("<family>")],
-    Discriminator(lambda value: "<family name>" if isinstance(value, str) else "<family>"),
-]
+def _with_sets(families: tuple[Any, ...]) -> tuple[Any, ...]:
+    """Returns families with the members of sets in place of their names."""
+    return tuple(member for family in families for member in _members(family))
+
+
 Label: TypeAlias = Annotated[str, AfterValidator(_label)]
 
 
@@ -129,8 +114,11 @@ class Campaign(Section):
     laws: Annotated[dict[Label, Law], Field(min_length=1)] = Field(
         description="the laws by the labels that tables call them by, gains in scenario units"
     )
-    families: Annotated[tuple[FamilyChoice, ...], Field(strict=False, min_length=1)] = Field(
-        default=BUNDLED, description="the references: names of bundled ones, or sections of their own"
+    families: Annotated[
+        tuple[FamilyChoice, ...], Field(strict=False, min_length=1), AfterValidator(_with_sets)
+    ] = Field(
+        default=SETS["slow"],
+        description="the references: names of bundled ones; `slow` or `quick`, which mean all of a set; or sections",
     )
     starts: Starts = Field(default=Starts(), description="where followers begin")
     arrival: Arrival = Field(default=Arrival(), description="what counts as converged")
@@ -141,15 +129,27 @@ class Campaign(Section):
 
     @property
     def family_names(self) -> tuple[str, ...]:
-        """Names of the families, in order."""
-        return tuple(family if isinstance(family, str) else family.name for family in self.families)
+        """Names of the families, in order, and of the points of grids."""
+        return tuple(name for each in self.families for name in ((each,) if isinstance(each, str) else each.names))
 
-    def family(self, name: str) -> Family | None:
-        """Returns a family by its name; None for random pieces, which are another reference for every start."""
-        if name == RANDOM and RANDOM in self.families:
-            return None
-        own = {family.name: family for family in self.families if isinstance(family, Family)}
-        return own[name] if name in own else Family.model_validate({"name": name, **FAMILIES[name]})
+    @property
+    def grids(self) -> tuple[GridFamily, ...]:
+        """The families over grids."""
+        return tuple(family for family in self.families if isinstance(family, GridFamily))
+
+    def family(self, name: str) -> FamilyLeader | None:
+        """Returns the leader of a family, or of a point of a grid; None where it is another one for every start."""
+        own = next((each for each in self.families if not isinstance(each, str) and name in each.names), None)
+        if own is not None:
+            return own.leader(name)
+        return None if name in DRAWN else bundled_leader(name)
+
+    @property
+    def tuned_at(self) -> dict[str, str]:
+        """At which family gains for each are tuned: for the points of a grid, at the one in the middle."""
+        return {name: name for name in self.family_names} | {
+            name: grid.middle for grid in self.grids for name in grid.names
+        }
 
     @property
     def periods(self) -> int:
@@ -170,7 +170,7 @@ def campaign_findings(tree: Any, directory: FilePath, checks: Checks) -> Iterato
     yield from checks(tree, directory)
     yield from _arrival_findings(tree, clock)
     yield from _tuning_findings(tree)
-    yield from _family_findings(tree, clock)
+    yield from family_findings(tree, clock)
 
 
 def _arrival_findings(tree: Mapping[str, Any], clock: Clock) -> Iterator[Finding]:
@@ -187,14 +187,3 @@ def _tuning_findings(tree: Mapping[str, Any]) -> Iterator[Finding]:
     for i, label in enumerate(wanted):
         if isinstance(label, str) and label not in laws:
             yield ("tuning", "laws", i), f"no law labelled {label!r}; {did_you_mean(label, tuple(laws))}"
-
-
-def _family_findings(tree: Mapping[str, Any], clock: Clock) -> Iterator[Finding]:
-    """Yields families of one name, and formulas without a value."""
-    families, seen = lookup(tree, ("families",)), set[str]()
-    for i, family in enumerate(families if isinstance(families, list) else ()):
-        name = family if isinstance(family, str) else lookup(family, ("name",))
-        if isinstance(name, str) and name in seen:
-            yield ("families", i), f"two families are called {name!r}"
-        seen.add(str(name))
-        yield from input_findings(family, clock, ("families", i))

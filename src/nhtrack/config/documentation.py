@@ -39,7 +39,7 @@ def campaign_reference() -> str:
     """Returns docs/campaign.md: the sections that a campaign file has and a scenario file has not."""
     shared = {"Scenario", *json_schema(Scenario)["$defs"]}
     parts = [(name, part) for name, part in _sections("Campaign", json_schema(Campaign)) if name not in shared]
-    text = "\n".join([_CAMPAIGNS.format(command=COMMAND), *(_section(name, part) for name, part in parts)])
+    text = "\n".join([_CAMPAIGNS.replace("{command}", COMMAND), *(_section(name, part) for name, part in parts)])
     for name in shared:  # sections that scenarios have as well are described there
         text = text.replace(f"](#{_anchor(name)})", f"](scenario.md#{_anchor(name)})")
     return text
@@ -83,7 +83,7 @@ def _section(name: str, part: Mapping[str, Any]) -> str:
     for key, value in sorted(part["properties"].items(), key=lambda item: item[0] != "name"):
         meaning = value["description"].replace("|", "\\|")
         default = "required" if key in required else f"`{json.dumps(value['default'])}`"
-        if isinstance(value.get("default"), dict):
+        if isinstance(value.get("default"), dict) and value["default"]:
             default = "as below"
         lines.append(f"| `{key}` | {_type(value)} | {default} | {meaning} |")
     return "\n".join(lines) + "\n"
@@ -111,7 +111,7 @@ def _type(value: Mapping[str, Any]) -> str:
             return f"list of {len(value['prefixItems'])}: {_type(value['prefixItems'][0])}"
         return f"list of {_type(value['items'])}"
     if value.get("type") == "object":
-        return f"`label: section` lines, each {_type(value['additionalProperties'])}"
+        return f"`name: ...` lines, each {_type(value['additionalProperties'])}"
     words = {
         "number": "number",
         "integer": "whole number",
@@ -141,10 +141,25 @@ _CAMPAIGNS = """# Campaign files
 <!-- Written by `{command}`; do not edit. -->
 
 A campaign is a scenario with one follower whose law, reference and start vary: one YAML file, run with
-`nhtrack campaign`, checked like a scenario (`nhtrack validate`, `nhtrack schema --campaign`). References beyond a law
-or the robot are told before it runs ([which](theory.md#which-leaders-can-be-followed)). Its leader begins at the origin
-and heads along x. What came of the bundled ones is told in [convergence.md](convergence.md). Sections that scenarios
-have as well are in [scenario.md](scenario.md).
+`nhtrack campaign`, checked like a scenario (`nhtrack validate`, `nhtrack schema --campaign`). Its leader begins at the
+origin and heads along x, unless its input says where. Bundled references are named alone or by set, `slow` or `quick`;
+one of your own is two signals, any `input` of a scenario's leader, or signals over a `grid` of one or two numbers:
+
+```yaml
+families:
+  - slow                                          # all of the bundled set
+  - {name: mine, u_x: 0.5*cos(t), u_theta: 0}
+  - {name: lap, input: {poses: lap.csv}}
+  - name: swing                                   # 7 x 3 references, and a map of them
+    grid: {f: {from: 0.1, to: 10, count: 7, log: true}, A: [0.1, 0.5, 2]}
+    u_x: A*f*cos(f*t)
+    u_theta: 0
+    labels: {f: "frequency [rad/s]", A: "speed [m/s]"}
+```
+
+References beyond a law or the robot are told before it runs ([which](theory.md#which-leaders-can-be-followed)). What
+came of the bundled ones is told in [convergence.md](convergence.md). Sections that scenarios have as well are in
+[scenario.md](scenario.md).
 """
 
 _FORMULAS = """## Formulas

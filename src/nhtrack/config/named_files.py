@@ -10,7 +10,7 @@ from pydantic import ValidationError
 
 from nhtrack import assets
 from nhtrack.config.checks import INPUT
-from nhtrack.config.tree import lookup
+from nhtrack.config.tree import Path, lookup
 from nhtrack.references import FileFaults, ReferenceInputError, input_kind
 from nhtrack.robots.contract import is_robot_file
 from nhtrack.section import Finding
@@ -21,16 +21,26 @@ def with_named_files(tree: Any, directory: FilePath, problems: list[Finding]) ->
     if not isinstance(tree, dict):
         return tree
     resolved = {**tree, **_law_files(tree, directory), **_robot_file(tree, directory)}
-    given = lookup(tree, INPUT)
-    if isinstance(given, dict):
-        kind = input_kind(given)
-        resolved["leader"] = tree["leader"]
-        try:
-            resolved["leader"] = {**tree["leader"], "input": kind.resolved(given, directory)}
-        except FileFaults as found:
-            problems += [((*INPUT, kind.key), fault) for fault in found.faults]
-        resolved["leader"] = _with_start(resolved["leader"])
+    if isinstance(lookup(tree, INPUT), dict):
+        resolved["leader"] = _with_start(_with_input(tree["leader"], ("leader",), directory, problems))
+    if isinstance(families := tree.get("families"), list):
+        resolved["families"] = [
+            _with_input(family, ("families", i), directory, problems) for i, family in enumerate(families)
+        ]
     return resolved
+
+
+def _with_input(section: Any, at: Path, directory: FilePath, problems: list[Finding]) -> Any:
+    """Returns a raw section with what its input's file holds, if it has an input and this a file."""
+    given = lookup(section, ("input",))
+    if not isinstance(given, dict):
+        return section
+    kind = input_kind(given)
+    try:
+        return {**section, "input": kind.resolved(given, directory)}
+    except FileFaults as found:
+        problems += [((*at, "input", kind.key), fault) for fault in found.faults]
+        return section
 
 
 def _with_start(leader: Mapping[str, Any]) -> Mapping[str, Any]:

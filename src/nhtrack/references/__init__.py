@@ -7,7 +7,14 @@ Nothing here knows of scales: `nhtrack.similarity` maps times and inputs to the 
 
 from nhtrack.references.columns import FileFaults, header_of
 from nhtrack.references.contract import Commands, InputSection, PathStart, Reference, ReferenceInputError, Signal
-from nhtrack.references.expression import CONSTANTS, FUNCTIONS, LONGEST_EXPRESSION, Expression, make_signal
+from nhtrack.references.expression import (
+    CONSTANTS,
+    FUNCTIONS,
+    LONGEST_EXPRESSION,
+    VOCABULARY,
+    Expression,
+    make_signal,
+)
 from nhtrack.references.inputs import Input, input_kind, input_kinds, input_words
 from nhtrack.references.motion import Departure, Motion, MotionInput
 from nhtrack.references.segments import Segments, make_segments
@@ -18,6 +25,7 @@ __all__ = [
     "CONSTANTS",
     "FUNCTIONS",
     "LONGEST_EXPRESSION",
+    "VOCABULARY",
     "Commands",
     "Departure",
     "Expression",

@@ -68,7 +68,7 @@ function writeFates(starts) {
     return item;
   });
   document.getElementById('fates').replaceChildren(...items);
-  document.getElementById('thinned').textContent = !starts ? 'Not run.'
+  document.getElementById('thinned').textContent = !starts ? 'No map: not run, or over a grid.'
     : starts.start.length === starts.of ? `All ${starts.of} starts are shown.`
       : `${starts.start.length} of ${starts.of} starts are shown, those that did not arrive first.`;
 }

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping
 
 from nhtrack.analysis.beforehand import leader_beyond_law, leader_beyond_robot
 from nhtrack.config.campaign import Campaign
 from nhtrack.config.link import delay_warnings
 from nhtrack.experiment.build import build, make_law, make_limits
+from nhtrack.presentation.numbers import counted
 from nhtrack.studies.campaign.cell import Cell
 
 
@@ -16,15 +17,17 @@ def campaign_beforehand(
 ) -> tuple[str, ...]:
     """Returns what of its references is beyond laws and robots, in sentences, once for each reference and law.
 
-    Of random references the first is looked at; of laws to be tuned nothing is known before they are.
+    Of points of a grid the first is told, and how many there are. Of random references the first is looked at; of laws
+    to be tuned nothing is known before they are.
 
     Args:
         campaign: with its time scale as a number.
         gains: found by tuning, by label and family.
     """
     tuned = () if campaign.tuning is None else campaign.tuning.laws
-    laws, robot, limits = campaign.laws.items(), None, {}
-    found = [said for label, law in laws for said in delay_warnings(campaign.delay, law, f"laws.{label}")]
+    found, robot, limits = dict[str, dict[str, list[str]]](), None, {}
+    laws = campaign.laws.items()
+    late = [said for label, law in laws for said in delay_warnings(campaign.delay, law, f"laws.{label}")]
     for family in campaign.family_names:
         for place, label in enumerate(campaign.laws):
             cell = Cell(campaign, label, family, (gains or {}).get((label, family), {}))
@@ -32,11 +35,28 @@ def campaign_beforehand(
                 scenario = cell.scenario(0)
                 experiment = build(scenario, robot)
                 robot = experiment.robot
-                found += [f"{family}: {said}" for said in leader_beyond_robot(scenario, experiment)]
+                _note(found, cell, "", leader_beyond_robot(scenario, experiment))
             if gains is None and label in tuned:
                 continue
             if label not in limits:
                 limits[label] = make_limits(scenario.model_copy(update={"law": cell.law}), robot)
             law = make_law(cell.law, experiment.similarity, limits[label])
-            found += [f"{family} under {label}: {said}" for said in leader_beyond_law(law, scenario, experiment)]
-    return tuple(found)
+            _note(found, cell, f" under {label}", leader_beyond_law(law, scenario, experiment))
+    return (*late, *(sentence for points in found.values() for sentence in _told(points)))
+
+
+def _note(found: dict[str, dict[str, list[str]]], cell: Cell, under: str, said: Iterable[str]) -> None:
+    """Adds what is said of a cell to that of its reference, of all points of a grid to one."""
+    sentences = [f"{cell.family}{under}: {each}" for each in said]
+    if sentences:
+        leader = cell.family_leader
+        name = leader.grid if leader is not None and leader.grid else cell.family
+        found.setdefault(name + under, {})[cell.family] = sentences
+
+
+def _told(points: Mapping[str, list[str]]) -> Iterator[str]:
+    """Yields what is said of a reference, or of the first point of a grid, and of how many more there is as much."""
+    *others, last = next(iter(points.values()))
+    yield from others
+    more = len(points) - 1
+    yield last + (f"; likewise at {counted(more, 'other point')} of its grid" if more else "")

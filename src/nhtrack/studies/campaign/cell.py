@@ -8,14 +8,17 @@ from functools import cached_property
 
 import numpy as np
 
+from nhtrack import se2
+from nhtrack.arrays import Array
 from nhtrack.config.campaign import Campaign
+from nhtrack.config.family_sections import FamilyLeader
 from nhtrack.config.law_sections import Law
 from nhtrack.config.robots import FollowerSection, LeaderSection, Start
 from nhtrack.config.scenario import Scenario
 from nhtrack.experiment.build import Experiment, build, seeds_of
-from nhtrack.references import Segment, SignalInput
+from nhtrack.references import InputSection, Segment, SignalInput
 from nhtrack.simulation.state import State
-from nhtrack.studies.campaign.draw import Draw, Pieces, draw_pieces, draw_starts
+from nhtrack.studies.campaign.draw import REFERENCES, Draw, Pieces, draw_starts
 
 FOLLOWER = "follower"
 
@@ -43,15 +46,29 @@ class Cell:
 
     @cached_property
     def draw(self) -> Draw:
-        """All starts."""
+        """All starts, seen from the leader's."""
         return draw_starts(self.campaign.starts)
+
+    @cached_property
+    def family_leader(self) -> FamilyLeader | None:
+        """What the leader does, or None where it is something else for every start."""
+        return self.campaign.family(self.family)
+
+    @cached_property
+    def _leader_start(self) -> Start:
+        return Start(pose=(0.0, 0.0, 0.0)) if self.family_leader is None else self.family_leader.start
+
+    @cached_property
+    def _poses(self) -> Array:
+        """Where followers begin, shape (b, 3) [scenario length, rad]."""
+        return se2.compose(np.array(self._leader_start.pose), self.draw.pose)
 
     @cached_property
     def _pieces(self) -> Pieces | None:
         """Random references, one for each start, or None for a family that has a single one."""
-        if self.campaign.family(self.family) is not None:
+        if self.family_leader is not None:
             return None
-        return draw_pieces(self.campaign.starts, self.campaign.duration, self._period)
+        return REFERENCES[self.family](self.campaign.starts, self.campaign.duration, self._period)
 
     @property
     def _period(self) -> float:
@@ -65,9 +82,7 @@ class Cell:
             *starts: their indices.
             virtual: whether the leader is a marker, as in a campaign, or a robot of its own.
         """
-        campaign, family = self.campaign, self.campaign.family(self.family)
-        twist = (0.0, 0.0) if family is None else family.twist
-        leader = Start(pose=(0.0, 0.0, 0.0), twist=twist)
+        campaign = self.campaign
         names = [FOLLOWER] if len(starts) == 1 else [f"{FOLLOWER}{start}" for start in starts]
         return Scenario(
             name=f"{campaign.name}-{self.label}-{self.family}-{'-'.join(map(str, starts[:3]))}".replace(" ", "_"),
@@ -80,7 +95,7 @@ class Cell:
             delay=campaign.delay,
             noise=campaign.noise,
             seed=self._seed(starts[0]),
-            leader=LeaderSection(virtual=virtual, start=leader, input=self._input(starts[0])),
+            leader=LeaderSection(virtual=virtual, start=self._leader_start, input=self._input(starts[0])),
             followers=tuple(
                 FollowerSection(name=name, parents=("leader",), start=self._start(start))
                 for name, start in zip(names, starts, strict=True)
@@ -91,7 +106,7 @@ class Cell:
     def experiment(self, starts: slice) -> Experiment:
         """Returns the experiment of many starts side by side, arrays of shape (b, 2, ...)."""
         one = build(self.scenario(starts.start))
-        pose, twist = self.draw.pose[starts], self.draw.twist[starts]
+        pose, twist = self._poses[starts], self.draw.twist[starts]
         rolling = np.stack([twist[:, 0], np.zeros(len(twist)), twist[:, 1]], axis=-1)
         g, xi = (np.repeat(values[None], len(pose), axis=0) for values in (one.start.g, one.start.xi))
         g[:, 1], xi[:, 1] = one.similarity.poses_to_robot(pose), one.similarity.twists_to_robot(rolling)
@@ -106,15 +121,14 @@ class Cell:
         return self.campaign.starts.seed + start
 
     def _start(self, start: int) -> Start:
-        x, y, theta = map(float, self.draw.pose[start])
+        x, y, theta = map(float, self._poses[start])
         v, omega = map(float, self.draw.twist[start])
         return Start(pose=(x, y, theta), twist=(v, omega))
 
-    def _input(self, start: int) -> SignalInput:
+    def _input(self, start: int) -> InputSection:
         """Returns the reference of a start as a scenario has it."""
-        family = self.campaign.family(self.family)
-        if family is not None:
-            return family.input
+        if self.family_leader is not None:
+            return self.family_leader.input
         assert self._pieces is not None  # the one family without an input of its own
         ends = [float(end * self._period) for end in self._pieces.ends[start]]
         kept = 1 + sum(end < self.campaign.duration for end in ends)

@@ -2,20 +2,25 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from math import ceil, pi
+from math import ceil, exp, pi, sqrt
 from typing import NamedTuple
 
 import numpy as np
 
 from nhtrack.arrays import Array
 from nhtrack.config.campaign import Starts
+from nhtrack.config.families import RANDOM, RANDOM_WALK
 
 _KINDS = 5  # of special starts
 _RAMP, _HOLD = (1.0, 6.0), (0.0, 8.0)  # how long pieces take to reach their twist, and keep it [scenario time]
 _SPEED, _TURNING = 1.5, 1.0  # largest twist of a piece [scenario length/time], [rad/scenario time]
 _STOPS, _STRAIGHTS = 0.25, 0.3  # shares of pieces that end at rest, and without turning
-_STREAMS = {"starts": 0, "pieces": 1}
+_STEP, _MEMORY = 0.5, 4.0  # of random walks: pieces, and how long a velocity is remembered [scenario time]
+_WALK = np.array([0.6, 0.5])  # root mean squares of their velocities [scenario length/time], [rad/scenario time]
+_PACE = np.array([1.0, 1.0])  # their largest accelerations [scenario length/time^2], [rad/scenario time^2]
+_STREAMS = {"starts": 0, "pieces": 1, "walks": 2}
 
 
 class Draw(NamedTuple):
@@ -98,6 +103,27 @@ def draw_pieces(starts: Starts, duration: float, period: float) -> Pieces:
     values[:, ::2] = gained / (ramp * period)[..., None]
     lengths = np.stack([ramp, hold], axis=-1).reshape(starts.count, -1)
     return Pieces(lengths.cumsum(axis=1), values)
+
+
+def draw_walks(starts: Starts, duration: float, period: float) -> Pieces:
+    """Returns random walks of both velocities that outlast a run; arguments as `draw_pieces`.
+
+    Every half second each velocity heads for what an Ornstein-Uhlenbeck process from rest makes of it, of root mean
+    square 0.6 and 0.5 and a memory of 4 s, but with no more than unit acceleration.
+    """
+    step = max(1, round(_STEP / period))
+    count, kept = ceil(duration / (step * period)) + 1, exp(-step * period / _MEMORY)
+    kicks = _generator(starts.seed, "walks").normal(size=(starts.count, count, 2)) * _WALK * sqrt(1 - kept**2)
+    most, twist = _PACE * step * period, np.zeros((starts.count, 2))
+    gained = np.empty_like(kicks)
+    for k in range(count):
+        gained[:, k] = np.clip(kicks[:, k] - (1 - kept) * twist, -most, most)
+        twist += gained[:, k]
+    ends = np.broadcast_to(step * np.arange(1, count + 1), (starts.count, count))
+    return Pieces(ends, gained / (step * period))
+
+
+REFERENCES: Mapping[str, Callable[[Starts, float, float], Pieces]] = {RANDOM: draw_pieces, RANDOM_WALK: draw_walks}
 
 
 def _periods(uniform: Array, bounds: tuple[float, float], period: float) -> Array:

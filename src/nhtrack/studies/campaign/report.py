@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import groupby
+from operator import attrgetter
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -18,6 +20,7 @@ from nhtrack.report.page import Page, write_page
 from nhtrack.report.scenario_listing import meanings, yaml_text
 from nhtrack.settling import SettlingLimits
 from nhtrack.simulation.faults import LOST
+from nhtrack.studies.campaign.grids import GridMap, by_reference, grid_labels, grid_maps, whole_percent
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -26,6 +29,7 @@ DRAWN_DIGITS = 5  # significant digits of what is drawn: a tenth of a pixel on a
 MOST_STARTS = 30_000  # of all maps together: two megabytes
 LEAST_STARTS = 50  # of one map
 CURVE_POINTS = 240  # of a distribution; more could not be seen
+_SECTIONS = {"starts": "Starts", "distributions": "Distributions", "campaign": "Campaign"}
 _LEAST = 1e-12  # errors below this are rounding, and are drawn at it
 
 
@@ -81,13 +85,15 @@ def write_campaign_page(runs: pd.DataFrame, cells: pd.DataFrame, account: Accoun
 
 def campaign_page(runs: pd.DataFrame, cells: pd.DataFrame, account: Account) -> Page:
     """Returns what the page of a campaign shows. Arguments as `write_campaign_page`."""
-    tree, data = account.tree, campaign_payload(runs, account.tree)
+    tree, maps = account.tree, list(_maps(cells, account.tree))
+    runs, cells = by_reference(runs, cells)
+    data = campaign_payload(runs, tree)
     shown = sum(len(each["start"]) for law in data["starts"] for each in law if each)
     again = [("The worst run of each law again:", "\n".join(f"nhtrack run {file}" for file in account.worst.values()))]
     return Page(
         "campaign.html.j2",
         tree["name"],
-        {"shares": "Shares", "starts": "Starts", "distributions": "Distributions", "campaign": "Campaign"},
+        {"shares": "Shares"} | ({"maps": "Maps"} if maps else {}) | _SECTIONS,
         campaign_verdicts(runs, cells, tree),
         [("With the same versions, the campaign above, saved as a file:", "nhtrack campaign campaign.yaml"), *again],
         account.versions,
@@ -98,6 +104,7 @@ def campaign_page(runs: pd.DataFrame, cells: pd.DataFrame, account: Account) -> 
         data=data,
         contents={
             "table": list(_table(cells, data)),
+            "maps": maps,
             "scales": tree["similarity"],
             "thinning": {"runs": len(runs), "shown": shown, "points": CURVE_POINTS, "digits": DRAWN_DIGITS},
             "yaml": yaml_text(tree),
@@ -110,10 +117,14 @@ def campaign_page(runs: pd.DataFrame, cells: pd.DataFrame, account: Account) -> 
 
 
 def campaign_payload(runs: pd.DataFrame, tree: Mapping[str, Any]) -> dict[str, Any]:
-    """Returns what the page's scripts draw, ready for JSON; lengths and times in the campaign's own units."""
+    """Returns what the page's scripts draw, ready for JSON; lengths and times in the campaign's own units.
+
+    Families over grids have no starts: each is there once for every point.
+    """
     laws, families = (list(dict.fromkeys(runs[column])) for column in ("law", "family"))
     parts = {key: part for key, part in runs.groupby(["law", "family"], sort=False)}
     most = max(LEAST_STARTS, MOST_STARTS // max(1, len(parts)))
+    over_grids = {grid["name"] for grid in tree["families"] if "grid" in grid}
     return {
         "laws": [{"name": law, "colour": robot_colour(place)} for place, law in enumerate(laws, start=1)],
         "families": families,
@@ -121,7 +132,10 @@ def campaign_payload(runs: pd.DataFrame, tree: Mapping[str, Any]) -> dict[str, A
         "lost": LOST,
         "figures": [figure._asdict() for figure in DISTRIBUTIONS],
         "curves": [[_curves(parts.get((law, family))) for family in families] for law in laws],
-        "starts": [[_starts(parts.get((law, family)), most) for family in families] for law in laws],
+        "starts": [
+            [None if family in over_grids else _starts(parts.get((law, family)), most) for family in families]
+            for law in laws
+        ],
     }
 
 
@@ -228,6 +242,27 @@ def _table(cells: pd.DataFrame, data: Mapping[str, Any]) -> Iterator[dict[str, A
     for law in data["laws"]:
         found = [rows.get((law["name"], family)) for family in data["families"]]
         yield law | {"cells": [None if row is None else _cell(row) for row in found]}
+
+
+def _maps(cells: pd.DataFrame, tree: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
+    """Yields grids with their maps, the highest row first; a cell is None where the law was not run."""
+    labels = grid_labels(tree)
+    for name, several in groupby(grid_maps(cells), key=attrgetter("name")):
+        maps, own = list(several), labels.get(name, {})
+        across, up, columns = maps[0].across, maps[0].up, maps[0].columns
+        yield {
+            "name": name,
+            "axes": f"Across: {own.get(across, across)}." + (f" Up: {own.get(up, up)}." if up else ""),
+            "columns": columns,
+            "laws": [(each.law, list(_map_rows(each))) for each in maps],
+        }
+
+
+def _map_rows(grid: GridMap) -> Iterator[tuple[str, list[tuple[float, str] | None]]]:
+    """Yields the name and the cells of each row of a map, from above."""
+    for row in range(len(grid.rows))[:: -1 if grid.up else 1]:
+        shares = map(float, grid.shares[row])
+        yield grid.rows[row], [None if math.isnan(share) else (share, whole_percent(share)) for share in shares]
 
 
 def _cell(row: Mapping[str, Any]) -> dict[str, Any]:

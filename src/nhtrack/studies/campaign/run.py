@@ -86,7 +86,8 @@ def campaign(
     if figures:
         from nhtrack.studies.campaign.plots import save_campaign_figures
 
-        written += save_campaign_figures(results.runs, results.cells, folder / "figures", pdf=pdf)
+        labels = {grid.name: grid.labels for grid in loaded.grids}
+        written += save_campaign_figures(results.runs, results.cells, folder / "figures", labels=labels, pdf=pdf)
     if report:
         written.append(write_campaign_report(results))
     return replace(results, files=tuple(written))
@@ -132,8 +133,7 @@ def run_campaign(
     parts = [part for cell in cells.values() for part in parts_of(cell, folder)]
     _all([part for part in parts if not part.path.exists()], run_part, report("runs"), processes)
     runs = pd.concat([pd.read_parquet(part.path) for part in parts], ignore_index=True)
-    arrival = campaign.arrival
-    limits = {"position_limit": arrival.position, "heading_limit": arrival.heading}
+    limits = {"position_limit": campaign.arrival.position, "heading_limit": campaign.arrival.heading}
     table = cells_of(runs, gains, backend=campaign.backend, **limits)
     files = (save_runs(runs, folder / "runs.parquet"), save_cells(table, folder / "cells.csv"))
     return CampaignResults(campaign, runs, table, _worst(cells, runs, folder / "worst"), folder, files, warnings)
@@ -196,11 +196,13 @@ def _tuned(campaign: Campaign, folder: Path, progress: Progress, processes: int 
     """Returns the gains of the laws to be tuned, by label and family, searched where they are not there yet."""
     if campaign.tuning is None:
         return {}
-    keys = list(product(campaign.tuning.laws, campaign.family_names))
-    paths = {key: folder / "tuning" / f"{slug(key[0])}-{slug(key[1])}.json" for key in keys}
-    missing = [_Search(campaign, *key, path) for key, path in paths.items() if not path.exists()]
-    _all(missing, _search, progress, processes)
-    return {key: json.loads(path.read_text())["gains"] for key, path in paths.items()}
+    searches = {
+        (label, family): _Search(campaign, label, at, folder / "tuning" / f"{slug(f'{label}-{at}')}.json")
+        for label, (family, at) in product(campaign.tuning.laws, campaign.tuned_at.items())
+    }
+    missing = {search.path: search for search in searches.values() if not search.path.exists()}
+    _all(list(missing.values()), _search, progress, processes)
+    return {key: json.loads(search.path.read_text())["gains"] for key, search in searches.items()}
 
 
 def _take_gains(campaign: Campaign, source: Path, folder: Path) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -34,6 +35,8 @@ COLUMNS: Mapping[str, str] = {
     "effort_theta": "root mean square of u_theta [rad/time^2]",
     "switches": "how often the law's memory changed",
 }
+# Of both tables, where families are over grids: the family that a row's one is a point of, and the values of its names.
+GRID = "grid"
 _SHORT = {"settling_time": "settling", "peak_utilisation": "utilisation"}  # in the names of summed-up columns
 _LARGEST = ("late_position", "late_heading", "settling_time", "peak_utilisation", "switches")
 _MEDIANS = (*_LARGEST, "effort_x", "effort_theta")
@@ -47,12 +50,18 @@ def rows_of(cell: Cell, first: int, figures: Mapping[str, Any]) -> pd.DataFrame:
         first: index of the first start.
         figures: of the runs, see `nhtrack.studies.campaign.outcomes.outcomes_of`.
     """
-    count = len(figures["converged"])
+    count, leader = len(figures["converged"]), cell.family_leader
     chosen = slice(first, first + count)
     began = dict(zip(("x", "y", "theta"), cell.draw.pose[chosen].T, strict=True))
     began |= dict(zip(("v", "omega"), cell.draw.twist[chosen].T, strict=True))
     place = {"law": cell.label, "family": cell.family, "start": np.arange(first, first + count)}
-    return pd.DataFrame({**place, **began, **figures})[list(COLUMNS)]
+    rows = pd.DataFrame({**place, **began, **figures})[list(COLUMNS)]
+    names = dict.fromkeys(name for grid in cell.campaign.grids for name in grid.grid)
+    if names:
+        rows.insert(2, GRID, "" if leader is None else leader.grid)
+    for column, name in enumerate(names, start=3):
+        rows.insert(column, f"{GRID}.{name}", math.nan if leader is None else leader.values.get(name, math.nan))
+    return rows
 
 
 def cells_of(
@@ -69,6 +78,7 @@ def cells_of(
     for (law, family), part in runs.groupby(["law", "family"], sort=False):
         converged, interval = int(part["converged"].sum()), _wilson(part["converged"])
         row = {"law": law, "family": family, "starts": len(part), "converged": converged, "lost": part["lost"].sum()}
+        row |= {name: part[name].iloc[0] for name in grid_columns(runs)}
         row |= {"share": converged / len(part), "share_low": interval[0], "share_high": interval[1]}
         row |= {f"{_SHORT.get(name, name)}_median": part[name].median() for name in _MEDIANS}
         row |= {f"{_SHORT.get(name, name)}_max": part[name].max() for name in _LARGEST}
@@ -77,6 +87,16 @@ def cells_of(
         row |= {"gains": " ".join(f"{name}={value:g}" for name, value in gains.get((law, family), {}).items())}
         rows.append(row | constants)
     return pd.DataFrame(rows)
+
+
+def grid_columns(table: pd.DataFrame) -> list[str]:
+    """Returns the columns that say which point of which grid a row is of, those that there are."""
+    return [name for name in table if name == GRID or name.startswith(f"{GRID}.")]
+
+
+def grid_of(table: pd.DataFrame) -> pd.Series:
+    """Returns the grid of each row, empty where its family is no point of one; of a table that was read as well."""
+    return table[GRID].fillna("") if GRID in table else pd.Series("", index=table.index)
 
 
 def worst_first(runs: pd.DataFrame) -> pd.DataFrame:

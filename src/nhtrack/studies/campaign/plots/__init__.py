@@ -6,7 +6,8 @@ family of references; both in scenario units. Laws and families stand in the ord
 
 from nhtrack.studies.campaign.plots.distributions import late_errors, settling
 from nhtrack.studies.campaign.plots.files import save_campaign_figures
+from nhtrack.studies.campaign.plots.maps import grid_map
 from nhtrack.studies.campaign.plots.shares import share_map
 from nhtrack.studies.campaign.plots.starts import start_map
 
-__all__ = ["late_errors", "save_campaign_figures", "settling", "share_map", "start_map"]
+__all__ = ["grid_map", "late_errors", "save_campaign_figures", "settling", "share_map", "start_map"]

@@ -12,12 +12,15 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from nhtrack.colours import FOLLOWERS, INK, ROOT
+from nhtrack.presentation.numbers import grouped
 from nhtrack.presentation.shown import within
 from nhtrack.settling import SettlingLimits
 
 # One hue from light to dark: the order survives colour blindness and a grey print.
 SHADES = LinearSegmentedColormap.from_list("share", ["#F3F7FA", "#A9CDE5", "#3E8FC4", "#005A9C", "#00325C"])
+DARK = 0.595  # share of which white and black letters on these shades are equally readable
 QUIET = "#666666"
+BLANK = "#ECECEC"  # a cell that was not measured
 LONE = 1.7  # a panel that is alone is larger by so much
 # A law is told from the others by colour, and in a grey print by its dashes.
 _LAW_COLOURS = (FOLLOWERS[0], ROOT, *FOLLOWERS[1:], INK)
@@ -26,6 +29,7 @@ _LAW_DASHES: tuple[Any, ...] = (
     (0, (4, 1.4, 1.2, 1.4, 1.2, 1.4)), (0, (1.2, 2.6)), (0, (8, 1.6, 1.2, 1.6)),
 )  # fmt: skip
 _MOST_COLUMNS = 5
+_BACKENDS = {"ideal": "Ideal model", "mujoco": "Wheels in MuJoCo"}
 
 
 def names(table: pd.DataFrame, column: str) -> list[str]:
@@ -47,6 +51,14 @@ def settled_within(cells: pd.DataFrame) -> str:
     """Returns what has settled, from the columns `position_limit` [m] and `heading_limit` [rad] of cells."""
     limits = sorted({SettlingLimits(row.position_limit, row.heading_limit) for row in cells.itertuples()})
     return f"stays {' or '.join(within(each) for each in limits)} of its place until the end"
+
+
+def criterion(cells: pd.DataFrame) -> str:
+    """Returns on what, from how many starts and by which criterion shares were measured."""
+    backends = " and ".join(_BACKENDS.get(name, name) for name in names(cells, "backend"))
+    least, most = int(cells["starts"].min()), int(cells["starts"].max())
+    count = grouped(most) if least == most else f"{grouped(least)} to {grouped(most)}"
+    return f"{backends}, {count} starts a cell; converged: {settled_within(cells)}"
 
 
 def grid(

@@ -14,12 +14,9 @@ from matplotlib.figure import Figure
 from nhtrack.colours import INK
 from nhtrack.plots.style import plain, styled
 from nhtrack.presentation.numbers import grouped, percent
-from nhtrack.studies.campaign.plots.pieces import QUIET, SHADES, names, settled_within, title
+from nhtrack.studies.campaign.plots.pieces import BLANK, DARK, QUIET, SHADES, criterion, names, title
 
-_DARK = 0.595  # share of which white and black letters are equally readable
-_BLANK = "#ECECEC"  # a cell that was not measured
 _CELL = (0.98, 0.60)  # [in] width and height of a cell of the map of shares
-_BACKENDS = {"ideal": "Ideal model", "mujoco": "Wheels in MuJoCo"}
 
 
 @styled
@@ -36,7 +33,7 @@ def share_map(cells: pd.DataFrame) -> Figure:
     labels = [textwrap.fill(law, 24) for law in laws]
     margin = 0.35 + 0.066 * max(len(line) for label in labels for line in label.splitlines())
     width = max(margin + _CELL[0] * len(families), 4.6)
-    caption = textwrap.fill(_criterion(cells), int(16 * width))
+    caption = textwrap.fill(f"{criterion(cells)}; in brackets: 95 % interval (Wilson)", int(16 * width))
     height = 0.9 + 0.16 * caption.count("\n") + _CELL[1] * len(laws)
     figure = Figure(figsize=(width, height))
     axes = figure.subplots()
@@ -57,7 +54,7 @@ def share_map(cells: pd.DataFrame) -> Figure:
 def _write_cell(axes: Axes, row: int, column: int, cell: pd.Series) -> None:
     """Writes a share, its interval and how many runs were lost."""
     look: dict[str, Any] = {
-        "ha": "center", "va": "center", "color": "white" if cell["share"] > _DARK else "black", "zorder": 3,
+        "ha": "center", "va": "center", "color": "white" if cell["share"] > DARK else "black", "zorder": 3,
     }  # fmt: skip
     lost = int(cell["lost"])
     share, interval = (0.30, 0.60) if lost else (0.38, 0.72)
@@ -70,7 +67,7 @@ def _write_cell(axes: Axes, row: int, column: int, cell: pd.Series) -> None:
 
 def _frame_matrix(axes: Axes, laws: Sequence[str], families: Sequence[str]) -> None:
     """Names rows and columns; the first law stands above."""
-    axes.set_facecolor(_BLANK)
+    axes.set_facecolor(BLANK)
     axes.grid(False)
     axes.set_xlim(0, len(families))
     axes.set_ylim(len(laws), 0)
@@ -85,11 +82,3 @@ def _frame_matrix(axes: Axes, laws: Sequence[str], families: Sequence[str]) -> N
         axes.axvline(edge, color="white", linewidth=2.0)
     for edge in range(len(laws) + 1):
         axes.axhline(edge, color="white", linewidth=2.0)
-
-
-def _criterion(cells: pd.DataFrame) -> str:
-    """Returns on what, from how many starts and by which criterion the shares were measured."""
-    backends = " and ".join(_BACKENDS.get(name, name) for name in names(cells, "backend"))
-    least, most = int(cells["starts"].min()), int(cells["starts"].max())
-    count = grouped(most) if least == most else f"{grouped(least)} to {grouped(most)}"
-    return f"{backends}, {count} starts a cell; converged: {settled_within(cells)}; in brackets: 95 % interval (Wilson)"
