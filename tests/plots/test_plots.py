@@ -28,6 +28,7 @@ from nhtrack.plots.figures.slip import slip
 from nhtrack.plots.figures.trajectories import trajectories
 from nhtrack.plots.margins import Numbers
 from nhtrack.presentation.numbers import common_prefix
+from nhtrack.report.panels import make_panels
 from nhtrack.simulation.scene import SceneSpec
 from recordings import HALF_SEPARATION, TORQUE_LIMIT, WHEEL_RADIUS, synthetic_recording
 
@@ -448,6 +449,9 @@ def test_every_kind_has_its_panel():
     assert said(lateral) == said(longitudinal) == ["touched", "tipped"]
     assert shades(lateral) == shades(longitudinal) == [pytest.approx((39.9, 50.0))]
     assert len(bars(lateral)) == 2  # one for each of the two robots
+    assert "Robots touch first at 39.9 s; their twins pass through." in note(gap(recording))
+    titles = {panel["key"]: panel["title"] for panel in make_panels(recording, 6)}
+    assert titles["gap"] == "distance from the twin; robots touch first at 39.9 s, twins pass through"
     assert said(load) == ["wheel off the floor", "leaning", "tipped"]
     assert said(utilisation) == ["stuck", "tipped"]
     assert shades(utilisation) == [pytest.approx((10.0, 20.0))]
