@@ -19,7 +19,8 @@ f, g and h have the gains k_x, k_theta and k_turn and brake within limits; |f| <
 1 + b^2 E_v |r|^2/turn_rate^2. All commanded velocities are lifted to accelerations by the inner loop. Near, whole turns
 are taken off theta + theta'/k_inner, about what theta will be once velocities have caught up: a follower that spins at
 first goes on to the nearest turn. A lively leader is pursued until it is near, and a calm one until the follower is
-within `dock_radius`; twice as far, nearness ends.
+within `dock_radius`, or within 4 sqrt(H) of one that sways steadily (lambda > 0.1 rate, L^2 > H/2); twice as far,
+nearness ends.
 
 Sources: near is Samson's law (`nhtrack.laws.samson`) saturated and with gains that do not vanish with the leader's
 velocities; far is pursuit along a vector field. Assumes: states measured without error, the leader's acceleration
@@ -37,13 +38,14 @@ from nhtrack.laws import leader_motion, pursuit, universal
 from nhtrack.laws.contract import Follower, Gain, Leader, LeaderMotion, Limits
 from nhtrack.laws.gains import DAMPING, InnerGain, PlaceDeadZoneSpeed
 from nhtrack.laws.inner_loop import Velocities, inner_loop
-from nhtrack.laws.leader_bounds import accelerates, starts_from_rest
+from nhtrack.laws.leader_bounds import accelerates, sampled_too_seldom, starts_from_rest
 from nhtrack.laws.leader_motion import Schedule, Seen, SeenRow
 from nhtrack.laws.limited import bounded, field_warnings, return_rate, within
-from nhtrack.laws.relative_motion import View, view
+from nhtrack.laws.relative_motion import theta_to_come, view
 
 CALM, FAR, NEAR = 0, 1, 2
 LIVELY, NO_LONGER_LIVELY = 0.4, 0.2  # predicted rates at which a leader begins and ceases to be lively [rate]
+STEADY = 0.1  # predicted rate above which one that is not lively is near within its own swaying [rate]
 WIDENED = 2.0  # a follower ceases to be near at so many times the distance at which it began
 STEERABLE = 2.0  # the lateral error at which nearness begins asks for at most so many times `turn_rate`
 SWAY = 4.0  # but nearness begins no later than at so many times the leader's own swaying, sqrt(H)
@@ -78,7 +80,7 @@ class Gains(NamedTuple):
             above=0.0,
         ),
     ] = 3.0
-    window: Annotated[float, Gain("T", "how long the leader's motion is remembered", above=0.0)] = 3.0
+    window: Annotated[float, Gain("T", "how long the leader's motion is remembered", above=0.0)] = 5.0
     smoothing: Annotated[float, Gain("T", "time constant of the leader's motion as it is pursued", above=0.0)] = 0.6
     near_radius: Annotated[float, Gain("L", "distance within which a lively leader is near", above=0.0)] = 0.75
     dock_radius: Annotated[
@@ -156,7 +158,9 @@ def _mode(gains: Gains, follower: Follower, leader: Leader, mode: int, row: Seen
     lively = scheduled.contraction > gains.rate * (LIVELY if mode == CALM else NO_LONGER_LIVELY)
     distance = hypot(follower.x - leader.x, follower.y - leader.y)
     if not lively:
-        return NEAR if distance < gains.dock_radius * (WIDENED if mode == NEAR else 1.0) else CALM
+        sways = scheduled.contraction > STEADY * gains.rate and seen.reach_2 > seen.held_2 / 2
+        reach = max(gains.dock_radius, SWAY * sqrt(seen.held_2) if sways else 0.0)
+        return NEAR if distance < reach * (WIDENED if mode == NEAR else 1.0) else CALM
     V_x, V_y = leader_motion.world_velocity(leader)
     short = SHORT / gains.c * hypot(V_x - seen.velocity_x, V_y - seen.velocity_y)
     if mode == NEAR:
@@ -173,7 +177,7 @@ def _begun(gains: Gains, period: float, follower: Follower, leader: Leader, mode
     """Returns the memory of a mode that begins."""
     seen = Seen(*row)
     if mode == NEAR:
-        turns = planar.winding_number(_settling(gains, view(follower, leader)))
+        turns = planar.winding_number(theta_to_come(view(follower, leader), gains.k_inner))
         return Memory(mode, 1, 1, int(turns), 0.0, row)
     if mode == FAR:
         gear = pursuit.first_gear(follower, leader)
@@ -185,12 +189,6 @@ def _begun(gains: Gains, period: float, follower: Follower, leader: Leader, mode
 
 
 @compiled
-def _settling(gains: Gains, e: View) -> float:
-    """Returns what the heading error will be once velocities have caught up [rad]."""
-    return e.theta + e.theta_rate / gains.k_inner
-
-
-@compiled
 def _near(
     gains: Gains, limits: Limits, follower: Follower, leader: Leader, memory: Memory
 ) -> tuple[float, float, Memory]:
@@ -198,7 +196,7 @@ def _near(
     seen = Seen(*memory.seen)
     scheduled = _schedule(gains, seen)
     e = view(follower, leader)
-    turns = planar.winding_number_after(_settling(gains, e), float(memory.turns), pursuit.HYSTERESIS)
+    turns = planar.winding_number_after(theta_to_come(e, gains.k_inner), float(memory.turns), pursuit.HYSTERESIS)
     theta = e.theta - 2 * pi * turns
     v, u, b = leader.v_x, leader.u_x, scheduled.b
     pull = (b / gains.turn_rate) ** 2 * seen.speed_2
@@ -273,11 +271,13 @@ def _calm(
 
 
 def beyond(gains: Gains, period: float, leader: LeaderMotion) -> tuple[str, ...]:
-    """Returns that the leader accelerates too hard for too long, or starts too suddenly out of rests; as measured."""
-    speed, smoothing = gains.field_speed, gains.smoothing
+    """Returns that periods are too long, or that the leader accelerates for too long or starts too suddenly."""
+    slow, speed, rest, smoothing = gains.least_speed, gains.field_speed, RESTED * gains.window, gains.smoothing
+    sudden = starts_from_rest(period, leader, slow, rest / 2, smoothing / 3, SUDDEN * speed)
     return (
+        *sampled_too_seldom(period, gains.k_inner, gains.k_theta),
         *accelerates(period, leader, LONG * smoothing, speed / smoothing, "field_speed/smoothing"),
-        *starts_from_rest(period, leader, gains.least_speed, RESTED * gains.window, smoothing, SUDDEN * speed),
+        *(sudden or starts_from_rest(period, leader, slow, rest, smoothing, SUDDEN * speed)),
     )
 
 

@@ -53,6 +53,20 @@ def over_limits(limits: Limits, period: float, leader: LeaderMotion) -> tuple[Ov
     return tuple(found)
 
 
+def sampled_too_seldom(period: float, inner: float, outer: float) -> tuple[str, ...]:
+    """Returns that a loop of two gains [1/s] is unstable if its commands are held for a period.
+
+    On a double integrator u = -(inner + outer) rate - inner outer error has a pole below -1 if (inner + outer) period
+    is above 2.
+    """
+    if (inner + outer) * period <= 2:
+        return ()
+    return (
+        f"the control period {period:.3g} s is above 2/(k_inner + k_theta) = {2 / (inner + outer):.3g} s: headings do "
+        "not settle",
+    )
+
+
 def turns_too_far(period: float, leader: LeaderMotion) -> tuple[str, ...]:
     """Returns that a leader turns by half a turn or more in a control period: which way, samples do not tell."""
     turned = period * np.abs(leader.omega)

@@ -199,6 +199,12 @@ def unturned(e: View, turns: int, hysteresis: float) -> tuple[float, int]:
 
 
 @compiled
+def theta_to_come(e: View, inner: float) -> float:
+    """Returns what e_theta will be once velocities have caught up at the rate `inner` [1/s], as far as they are off."""
+    return e.theta + e.theta_rate / inner
+
+
+@compiled
 def view_turns(follower: Follower, leader: Leader) -> int:
     """Returns the winding number of e_theta to begin with; pi and -pi keep their signs."""
     return int(planar.winding_number(leader.theta - follower.theta))
