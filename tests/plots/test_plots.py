@@ -449,7 +449,9 @@ def test_every_kind_has_its_panel():
     assert said(lateral) == said(longitudinal) == ["touched", "tipped"]
     assert shades(lateral) == shades(longitudinal) == [pytest.approx((39.9, 50.0))]
     assert len(bars(lateral)) == 2  # one for each of the two robots
-    assert "Robots touch first at 39.9 s; their twins pass through." in note(gap(recording))
+    assert "Robots touch first at 39.9 s; twins pass through" in note(gap(recording))
+    for line in gap(recording).axes[0].lines[:3]:
+        assert line.get_xdata()[np.isfinite(line.get_ydata())].max() == pytest.approx(39.9)
     titles = {panel["key"]: panel["title"] for panel in make_panels(recording, 6)}
     assert titles["gap"] == "distance from the twin; robots touch first at 39.9 s, twins pass through"
     assert said(load) == ["wheel off the floor", "leaning", "tipped"]
