@@ -163,12 +163,12 @@ def test_the_points_of_a_grid_are_one_reference_in_sum(done: Path) -> None:
 
 
 def test_points_beyond_a_law_are_told_once(tmp_path: Path) -> None:
-    grid = "{name: g, grid: {w: [1, 3, 4, 5]}, twist: [0.5, w], u_x: 0, u_theta: 0}"
+    grid = "{name: g, grid: {w: [3, 4, 5]}, twist: [0.5, w], u_x: 0, u_theta: 0}"
     alone = "{name: own, twist: [0.5, 4], u_x: 0, u_theta: 0}"
     campaign = case(tmp_path, f"families=[{grid}, {alone}]", "laws={universal: {name: universal}}")
     told = [line for line in campaign_beforehand(campaign) if " under universal: " in line]
     assert [line.split(" under ")[0] for line in told] == ["g w=3", "own"]
-    assert told[0].endswith("; likewise at 2 other points of its grid")
+    assert told[0].endswith("; likewise at 1 other corner of its grid")
     assert "likewise" not in told[1]
 
 

@@ -138,6 +138,12 @@ class GridFamily(Section):
         middles = (values[len(values) // 2] for values in map(numbers_of, self.grid.values()))
         return self._called(dict(zip(self.grid, middles, strict=True)))
 
+    @property
+    def corners(self) -> tuple[str, ...]:
+        """Names of the points at which each number is its least or its largest."""
+        ends = ((values[0], values[-1]) for values in map(numbers_of, self.grid.values()))
+        return tuple(dict.fromkeys(self._called(dict(zip(self.grid, at, strict=True))) for at in product(*ends)))
+
     def leader(self, name: str) -> FamilyLeader:
         """Returns the leader of a point."""
         at = self.points[name]

@@ -17,8 +17,8 @@ def campaign_beforehand(
 ) -> tuple[str, ...]:
     """Returns what of its references is beyond laws and robots, in sentences, once for each reference and law.
 
-    Of points of a grid the first is told, and how many there are. Of random references the first is looked at; of laws
-    to be tuned nothing is known before they are.
+    Of a grid the corners are looked at, and the first of them is told with the number of the others. Of random
+    references the first is looked at; of laws to be tuned nothing is known before they are.
 
     Args:
         campaign: with its time scale as a number.
@@ -28,7 +28,8 @@ def campaign_beforehand(
     found, robot, limits = dict[str, dict[str, list[str]]](), None, {}
     laws = campaign.laws.items()
     late = [said for label, law in laws for said in delay_warnings(campaign.delay, law, f"laws.{label}")]
-    for family in campaign.family_names:
+    inner = {point for grid in campaign.grids for point in set(grid.names) - set(grid.corners)}
+    for family in (name for name in campaign.family_names if name not in inner):
         for place, label in enumerate(campaign.laws):
             cell = Cell(campaign, label, family, (gains or {}).get((label, family), {}))
             if place == 0:
@@ -46,7 +47,7 @@ def campaign_beforehand(
 
 
 def _note(found: dict[str, dict[str, list[str]]], cell: Cell, under: str, said: Iterable[str]) -> None:
-    """Adds what is said of a cell to that of its reference, of all points of a grid to one."""
+    """Adds what is said of a cell to that of its reference, of all corners of a grid to one."""
     sentences = [f"{cell.family}{under}: {each}" for each in said]
     if sentences:
         leader = cell.family_leader
@@ -55,8 +56,8 @@ def _note(found: dict[str, dict[str, list[str]]], cell: Cell, under: str, said: 
 
 
 def _told(points: Mapping[str, list[str]]) -> Iterator[str]:
-    """Yields what is said of a reference, or of the first point of a grid, and of how many more there is as much."""
+    """Yields what is said of a reference, or of the first corner of a grid, and of how many more there is as much."""
     *others, last = next(iter(points.values()))
     yield from others
     more = len(points) - 1
-    yield last + (f"; likewise at {counted(more, 'other point')} of its grid" if more else "")
+    yield last + (f"; likewise at {counted(more, 'other corner')} of its grid" if more else "")
