@@ -70,6 +70,7 @@ def wheel_quantities(twist: np.ndarray, time: np.ndarray, rng: np.random.Generat
         "lateral_slip": 1e-5 * rng.standard_normal(v.shape) + 1e-4 * v * omega,
         "friction_utilisation": use,
         "friction_utilisation_predicted": np.clip(use * 0.97, 0, None),
+        "wheel_clearance": np.zeros_like(spin),
         "tilt": 1e-4 * np.abs(rng.standard_normal(v.shape)),
     }
 

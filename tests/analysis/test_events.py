@@ -12,23 +12,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 from rich.console import Console
 
-from nhtrack.analysis.events import (
-    AT_LIMIT,
-    CREEP,
-    GAP,
-    LEANING,
-    LIFTED,
-    SPINNING,
-    STILL,
-    Event,
-    find_events,
-    joined_spells,
-    lasting,
-    sentences,
-)
+from nhtrack.analysis.event import Event, Touch, sentences
+from nhtrack.analysis.events import AT_LIMIT, CLEAR, CREEP, HIGH, LEANING, LIFTED, SPINNING, STILL, find_events
 from nhtrack.analysis.metrics import summary
-from nhtrack.experiment.load import load
+from nhtrack.analysis.spells import GAP, joined_spells, lasting
+from nhtrack.experiment.load import load, load_text
 from nhtrack.recording import Recording, make_recording
+from nhtrack.report.summary_text import run_verdicts
+from nhtrack.simulation.robot_models import read_robot
+from nhtrack.simulation.spec import SceneSpec
 from nhtrack.studies.run.result import Outcome
 from nhtrack.studies.run.run import simulate
 from nhtrack.studies.run.tables import print_outcome
@@ -56,6 +48,7 @@ class Story:
         for name in ("wheel_load", "friction_utilisation", "torque_saturation"):
             self.arrays[name][0] = np.nan
         self.arrays |= {name: np.zeros((ROWS, 2)) for name in ("lateral_slip", "tilt")}
+        self.arrays |= {"wheel_clearance": np.zeros((ROWS, 2, 2))}
         self.arrays |= {"wheel_speed": np.zeros((ROWS, 2, 2)), "pose": np.zeros((ROWS, 2, 3))}
         self.arrays |= {"ideal_pose": np.zeros((ROWS, 2, 3)), "error": np.zeros((ROWS, 2, 3))}
         self.arrays["friction_utilisation_predicted"] = self.arrays["friction_utilisation"].copy()
@@ -66,6 +59,15 @@ class Story:
     def slide(self, rows: slice | int, robot: int, wheel: int, speed: float, used: float = 1.0) -> None:
         self["friction_utilisation"][rows, robot, wheel] = used
         self["longitudinal_slip"][rows, robot, wheel] = speed
+
+    def lift(self, rows: slice | int, wheel: int, height: float = 0.002, load: float = 0.0) -> None:
+        """Makes a wheel of the follower rise above the floor [m] and bear a load [N]."""
+        self["wheel_load"][rows, FOLLOWER, wheel] = load
+        self["wheel_clearance"][rows, FOLLOWER, wheel] = height
+
+    def touch(self, row: int, *noted: float, slot: int = 0) -> None:
+        """Makes the follower touch the leader in a row: time in contact, impulse, closing speed, overlap."""
+        self.arrays.setdefault("touch", np.full((ROWS, 2, 3, 5), np.nan))[row, FOLLOWER, slot] = LEADER, *noted
 
     def drive(self, speed: float, turning: float = 0.0) -> None:
         """Makes the follower go ahead [m/s] and turn [rad/s]."""
@@ -167,20 +169,81 @@ def test_both_wheels_make_one_event(story: Story) -> None:
 
 def test_a_wheel_is_off_the_floor_when_it_bears_no_load_for_long_enough(story: Story) -> None:
     rows = round(LIFTED / DT)
-    story["wheel_load"][10 : 10 + rows, FOLLOWER, LEFT] = 0.0
-    story["wheel_load"][100 : 100 + rows - 1, FOLLOWER, LEFT] = 0.0  # a hop
-    story["wheel_load"][200:220, FOLLOWER, LEFT] = 0.01  # touches in some physics steps of each period
+    story.lift(slice(10, 10 + rows), LEFT, 0.002)
+    story.lift(slice(100, 100 + rows - 1), LEFT, 0.002)  # a hop
+    story.lift(slice(200, 220), LEFT, load=0.01)  # touches in some physics steps of each period
     (event,) = story.events()
-    assert event == Event(
-        "wheel off the floor", "follower", "left", TIME[9], TIME[9 + rows], "share of the time", 1.0, "1"
+    assert event == Event("wheel off the floor", "follower", "left", TIME[9], TIME[9 + rows], "height", 0.002, "m")
+
+
+@pytest.mark.parametrize("size", [0.1, 1.0, 10.0])
+@pytest.mark.parametrize(("height", "lifted"), [(0.9, False), (1.1, True)])
+def test_a_wheel_off_the_floor_is_clear_of_it(story: Story, size: float, height: float, lifted: bool) -> None:
+    """Load alone does not tell: contacts that chatter bear nothing for as long as one likes."""
+    story.lift(slice(10, 40), LEFT, height * CLEAR * WHEEL_RADIUS * size)
+    assert bool(story.events(wheel_radius=WHEEL_RADIUS * size)) == lifted
+
+
+def test_a_wheel_that_rises_higher_than_any_hop_is_off_the_floor_at_once(story: Story) -> None:
+    story.lift(slice(10, 14), LEFT, 0.9 * HIGH * WHEEL_RADIUS)
+    assert story.events() == ()
+    story.lift(12, LEFT, 1.1 * HIGH * WHEEL_RADIUS)
+    assert spans(story.events()) == [("wheel off the floor", "left", 0.09, 0.13)]
+
+
+def test_wheels_that_rise_after_each_other_make_one_event(story: Story) -> None:
+    story.lift(slice(10, 25), LEFT, 0.01)
+    story.lift(slice(30, 45), RIGHT, 0.03)
+    (event,) = story.events()
+    assert (event.wheel, event.worst) == ("both", 0.03)
+
+
+def test_a_wheel_that_hops_is_never_off_the_floor_and_bears_its_load_on_the_mean(story: Story) -> None:
+    """A flight of 0.03 s is 1.1 mm high; landing, the wheel bears in 0.01 s what it did not in four times that."""
+    for row in range(1, ROWS - 4, 4):
+        story.lift(slice(row, row + 3), LEFT, 9.81 * 0.03**2 / 8)
+        story["wheel_load"][row + 3, FOLLOWER, LEFT] = 4 * 2.7
+    found = story.recording()
+    assert find_events(found) == ()
+    assert summary(found)["robots"]["follower"]["smallest_wheel_load"] >= 2 / 10 * 4 * 2.7 * (1 - 1e-12)
+
+
+# -- robots that touch ------------------------------------------------------------------------------
+
+
+def test_robots_that_touch_are_an_event_of_both(story: Story) -> None:
+    """Rows 10 and 15 are less than a tenth of a second apart; row 60 is another event."""
+    story.touch(10, 0.004, 0.2, 0.5, 0.003)
+    story.touch(15, 0.010, 0.1, 0.1, 0.004)
+    story.touch(60, 0.002, 0.3, 0.2, 0.001, slot=2)
+    first, second = story.events()
+    assert first == Event(
+        "touched", "leader", None, TIME[9], TIME[15], "closing speed", 0.5, "m/s",
+        Touch("follower", pytest.approx(0.014), pytest.approx(0.3), 0.004),
+    )  # fmt: skip
+    assert (second.robots, second.worst) == (("leader", "follower"), 0.2)
+    assert sentences((first, second)) == (
+        "leader and follower touched twice: in contact for 0.016 s, first at 0.09 s, closing in at up to 0.5 m/s, with "
+        "an impulse of 0.6 N s, hulls overlapping by up to 4 mm",
+        "robots touched first at 0.09 s: ideal twins pass through, gaps to them are until then",
     )
 
 
-def test_how_long_a_wheel_is_off_the_floor_is_a_share(story: Story) -> None:
-    story["wheel_load"][10:16, FOLLOWER, LEFT] = 0.0
-    story["wheel_load"][20:22, FOLLOWER, RIGHT] = 0.0
-    (event,) = story.events()
-    assert (event.wheel, event.worst) == ("both", pytest.approx(8 / 12))
+def test_gaps_to_ideal_twins_end_where_robots_touch_and_it_is_said(story: Story) -> None:
+    story["ideal_pose"][:, FOLLOWER, 0] = np.linspace(0.0, 3.0, ROWS)
+    story["ideal_pose"][:, FOLLOWER, 2] = np.linspace(0.0, 6.0, ROWS)
+    figures = summary(story.recording())
+    assert figures["robots"]["follower"]["gap_position_max"] == 3.0
+    assert figures["twin_compared_until"] is None
+    story.touch(101, 0.01, 0.1, 0.1, 0.001)
+    figures = summary(story.recording())
+    follower = figures["robots"]["follower"]
+    assert figures["twin_compared_until"] == TIME[100]
+    assert follower["gap_position_max"] == pytest.approx(1.0) == follower["gap_heading_max"] / 2
+    assert follower["gap_position_rms"] == pytest.approx(np.sqrt((np.linspace(0, 1, 101) ** 2).mean()))
+    assert any("Until robots first touched, at 1 s," in told for told in run_verdicts(figures))
+    assert any("leader and follower touched hardest of all, at 1 s" in told for told in run_verdicts(figures))
+    assert any("gaps are until 1 s, when robots first touched" in line for line in printed(story.recording()))
 
 
 # -- stuck ------------------------------------------------------------------------------------------
@@ -345,7 +408,7 @@ def test_a_sentence_for_each_robot_and_kind(story: Story) -> None:
 @pytest.mark.parametrize(("wheels", "told"), [([LEFT], "its left wheel"), ([LEFT, RIGHT], "its wheels")])
 def test_a_sentence_names_the_wheel_that_was_off_the_floor(story: Story, wheels: list[int], told: str) -> None:
     for k, wheel in enumerate(wheels):
-        story["wheel_load"][10 + 50 * k : 20 + 50 * k, FOLLOWER, wheel] = 0.0
+        story.lift(slice(10 + 50 * k, 20 + 50 * k), wheel)
     seconds = f"{0.1 * len(wheels):.2g} s"
     assert sentences(story.events()) == (
         f"follower lifted {told}: off the floor for {seconds}, first at 0.09 s",
@@ -369,16 +432,29 @@ def test_the_terminal_shows_the_first_events_and_counts_the_others(story: Story)
     assert table[-1].strip() == "and 3 more in summary.json"
 
 
-def test_the_terminal_shows_shares_in_per_cent_and_angles_in_degrees(story: Story) -> None:
-    story["wheel_load"][10:20, FOLLOWER, RIGHT] = 0.0
+def test_the_terminal_shows_angles_in_degrees_and_both_robots_of_a_contact(story: Story) -> None:
+    story.lift(slice(10, 20), RIGHT)
+    story.touch(10, 0.004, 0.2, 0.5, 0.003)
     story["tilt"][11:20, FOLLOWER] = np.radians(7.5)
     lines = [line.split() for line in printed(story.recording())]
-    assert "wheel off the floor follower right 0.09 s 0.19 s share of the time 100 %".split() in lines
+    assert "wheel off the floor follower right 0.09 s 0.19 s height 2 mm".split() in lines
+    assert "touched leader, follower - 0.09 s 0.1 s closing speed 500 mm/s".split() in lines
     assert "leaning follower - 0.1 s 0.19 s tilt 7.5°".split() in lines
 
 
 # -- real wheels ------------------------------------------------------------------------------------
 
+CART_ON_ICE = """
+name: ice
+robot: warehouse
+duration: 4
+physics: {friction: 0.8, slope: {angle: 0.07}, patches: [{friction: 0.05, disc: [2, 0, 1.5]}]}
+law: {name: universal}
+leader: {start: {pose: [0, 0, 0]}, input: {u_x: "0.8", u_theta: "0"}}
+followers: [{name: F, parents: [leader], start: {pose: [-1.2, 0.1, 0]}}]
+"""
+# Nothing is commanded, and motors do not keep wheels from turning as fast.
+DRIVES_ON = ("leader.input.u_x=0", "leader.input.u_theta=0", "physics.motors={torque_limit: 0.09, no_load_speed: 400}")
 FAST_TURN = ("physics.friction=3", "leader.start.twist=[2.4, 15]")  # v omega twice g b/h: see tests/fidelity
 
 
@@ -426,3 +502,41 @@ class TestRealWheels:
         assert tipped["start"] == tipped["end"] == found.failure.time == found.recording.dataset.attrs["diverged_time"]
         assert LEANING < tipped["worst"] == leaning["worst"] < np.radians(30.0)
         assert any(told.startswith("leader tipped over: at ") for told in found.summary["warnings"])
+
+    @pytest.mark.parametrize(("share", "falls"), [(0.8, False), (1.1, True)])
+    def test_a_wheel_lifts_where_the_turn_leaves_it_no_load(self, share: float, falls: bool) -> None:
+        """On a circle a robot tips about the line from its outer wheel to its caster, which is l behind the axle.
+
+        With the CoM c_x ahead of the axle and h high, m g is at b (c_x + l)/L from this line, of length L, and m v
+        omega is across it by l/L: it tips where v omega = g (b/h) (1 + c_x/l). A wheel that bears little slips first.
+        """
+        drive = read_robot(SceneSpec(("robot",))).plant
+        c_x, _, h = drive.com
+        most = 9.81 * drive.half_separation / h * (1 - c_x / drive.casters[0][0])
+        turn = f"leader.start.twist=[2.4, {share * most / 2.4}]"
+        found = outcome(*DRIVES_ON, "physics.friction=3", turn, duration=1.0)
+        told = {"wheel off the floor", "leaning", "tipped"} & kinds(found, "leader")
+        assert told == ({"wheel off the floor", "leaning", "tipped"} if falls else set())
+        its = [event for event in found.events if event.robot == "leader"]
+        lifted = {event.wheel for event in its if event.kind == "wheel off the floor"}
+        assert lifted == ({"left"} if falls else set())
+
+    @pytest.mark.parametrize(("used", "slips"), [(0.95, False), (1.05, True)])
+    def test_wheels_slip_where_they_are_asked_for_more_than_the_floor_holds(self, used: float, slips: bool) -> None:
+        """Straight on each wheel gives half of m a; accelerating loads the wheels, the caster lies behind them."""
+        drive, a, zero = read_robot(SceneSpec(("robot",))).plant, np.array(0.5), np.zeros(())
+        holds = drive.mass * float(a) / 2 / float(drive.wheel_loads(zero, zero, a, zero)[0])
+        changes = (f"physics.friction={holds / used}", "leader.input.u_x=0.5", "leader.input.u_theta=0")
+        found = outcome(*changes, "leader.start.twist=[0, 0]", duration=0.5)
+        assert kinds(found, "leader") == ({"slipping"} if slips else set())
+
+    def test_a_cart_whose_wheels_spin_on_ice_stays_on_the_floor(self) -> None:
+        """Its loads jump from nothing to three times what they are on the mean, and it hops by a millimetre."""
+        found = simulate(load_text(CART_ON_ICE))
+        load = found.recording["wheel_load"].values[:, 0]
+        at_rest = float(load[1:50].mean())
+        spins = (load == 0).any(axis=-1)
+        assert spins.mean() > 0.1
+        assert load[spins.argmax() :].mean() == pytest.approx(at_rest, rel=0.05)
+        assert kinds(found, "leader") == {"slipping"}
+        assert found.summary["robots"]["leader"]["smallest_wheel_load"] > 0.2 * at_rest

@@ -28,6 +28,7 @@ from nhtrack.plots.figures.slip import slip
 from nhtrack.plots.figures.trajectories import trajectories
 from nhtrack.plots.margins import Numbers
 from nhtrack.presentation.numbers import common_prefix
+from nhtrack.report.panels import make_panels
 from nhtrack.simulation.scene import SceneSpec
 from recordings import HALF_SEPARATION, TORQUE_LIMIT, WHEEL_RADIUS, synthetic_recording
 
@@ -436,12 +437,23 @@ def test_every_kind_has_its_panel():
     size = {"wheel_radius": WHEEL_RADIUS, "half_separation": HALF_SEPARATION, "no_load_speed": 30.0}
     recording = synthetic_recording(2, samples=801, **end, **size)
     recording["wheel_load"].values[700:750, 1, 1] = 0.0
+    recording["wheel_clearance"].values[700:750, 1, 1] = WHEEL_RADIUS
+    touch = np.full((801, 3, 3, 5), np.nan)
+    touch[400:501, 1, 0] = 2, 0.1, 0.5, 0.3, 0.001
+    recording.dataset["touch"] = ("time", "robot", "touch", "touch_component"), touch
     recording["tilt"].values[720:, 1] = 0.2
     recording["pose"].values[101:201, 2] = recording["pose"].values[100, 2]
     recording["wheel_speed"].values[101:201, 2] = 30.0
     recording.dataset["torque_saturation"] = 0.0 * recording["wheel_torque"]
     lateral, longitudinal, load, utilisation = slip(recording).axes[:4]
-    assert said(lateral) == said(longitudinal) == ["tipped"]
+    assert said(lateral) == said(longitudinal) == ["touched", "tipped"]
+    assert shades(lateral) == shades(longitudinal) == [pytest.approx((39.9, 50.0))]
+    assert len(bars(lateral)) == 2  # one for each of the two robots
+    assert "Robots touch first at 39.9 s; twins pass through" in note(gap(recording))
+    for line in gap(recording).axes[0].lines[:3]:
+        assert line.get_xdata()[np.isfinite(line.get_ydata())].max() == pytest.approx(39.9)
+    titles = {panel["key"]: panel["title"] for panel in make_panels(recording, 6)}
+    assert titles["gap"] == "distance from the twin; robots touch first at 39.9 s, twins pass through"
     assert said(load) == ["wheel off the floor", "leaning", "tipped"]
     assert said(utilisation) == ["stuck", "tipped"]
     assert shades(utilisation) == [pytest.approx((10.0, 20.0))]

@@ -42,6 +42,7 @@ def sample(times: int = 5, names: Iterable[str] = VARIABLES, **changes: Any) -> 
     """A recording with every variable, random bits, NaN for the root, infinities, -0.0 and denormals."""
     random = np.random.default_rng(0)
     components = {"pose_component": 3, "twist_component": 3, "input_component": 2, "wheel": 2}
+    components |= {"touch": 3, "touch_component": 5}
     variables = {}
     for name in names:
         values = random.standard_normal((times, len(ROBOTS), *(components[dim] for dim in VARIABLES[name].dims)))
@@ -146,7 +147,10 @@ def test_variables_carry_units_and_named_components() -> None:
     for name, spec in VARIABLES.items():
         assert recording[name].attrs == {"units": spec.units, "long_name": spec.long_name}
     wheels = {name: spec.units for name, spec in VARIABLES.items() if name.startswith("wheel_")}
-    assert wheels == {"wheel_torque": "N m", "wheel_torque_demand": "N m", "wheel_speed": "rad/s", "wheel_load": "N"}
+    expected = {"wheel_torque": "N m", "wheel_torque_demand": "N m", "wheel_speed": "rad/s", "wheel_load": "N"}
+    assert wheels == expected | {"wheel_clearance": "m"}
+    closing = recording["touch"].sel(robot="leader", touch_component="closing_speed")
+    np.testing.assert_array_equal(closing, recording.dataset["touch"].values[:, 0, :, 3])
     heading = recording["pose"].sel(robot="follower", pose_component="theta")
     assert heading.dims == ("time",)
     torque = recording["wheel_torque"].sel(wheel="left", robot="leader")

@@ -235,7 +235,7 @@ def test_a_run_that_diverged_is_told_so() -> None:
 
 
 def test_a_robot_that_slid_is_told_with_how_often() -> None:
-    event = {"kind": "slipping", "robot": "follower", "wheel": "left", "start": 1.0, "end": 1.5}
+    event = {"kind": "slipping", "robot": "follower", "wheel": "left", "start": 1.0, "end": 1.5, "touch": None}
     text = told(events=[event, event | {"start": 3.0}], **robot(peak_utilisation=1.0, torque_saturation_share=0.25))
     assert "slipping twice (follower)" in text
     assert "at the limit of what the floor holds" in text

@@ -217,6 +217,28 @@ def test_the_best_is_the_smallest_of_those_that_completed() -> None:
     assert best(laws) == {"effort_x": 1, "effort_theta": 0}
 
 
+@pytest.mark.parametrize(
+    ("figure", "values", "ties"),
+    [
+        ("late_position_error", (592e-9, 593e-9), True),
+        ("late_position_error", (0.0, 4.9e-15), True),
+        ("late_position_error", (5e-7, 2e-6), False),
+        ("late_position_error", (0.1000, 0.1009), True),
+        ("late_position_error", (0.1000, 0.1011), False),
+        ("settling_time", (0.50, 0.51), True),
+        ("settling_time", (0.50, 0.53), False),
+        ("peak_utilisation", (0.0200, 0.0209), True),
+        ("torque_saturation_share", (0.0, 0.002), False),
+    ],
+)
+@pytest.mark.parametrize("swapped", [False, True])
+def test_laws_that_differ_by_nothing_that_means_anything_tie(
+    figure: str, values: tuple[float, float], ties: bool, swapped: bool
+) -> None:
+    laws = [a_standing(**{figure: value}) for value in (reversed(values) if swapped else values)]
+    assert best(laws) == ({} if ties else {figure: int(swapped)})
+
+
 def test_a_figure_that_one_follower_lacks_is_not_known() -> None:
     recording = synthetic_recording(2, samples=21)
     figures = {

@@ -11,7 +11,7 @@ import pytest
 
 from nhtrack import gl, plots
 from nhtrack.analysis import metrics
-from nhtrack.analysis.events import Event
+from nhtrack.analysis.event import Event
 from nhtrack.experiment.build import build, robot_of
 from nhtrack.experiment.load import load
 from nhtrack.files.folder import OutputError

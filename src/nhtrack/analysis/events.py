@@ -1,4 +1,4 @@
-"""What went wrong on wheels, when and for whom: slipping, a wheel off the floor, a robot stuck, leaning or tipped over.
+"""What went wrong on wheels, when and for whom: slipping, lifted wheels, robots stuck, leaning, tipped over, touching.
 
 A row of a recording stands for the control period that ends at its time: its wheel loads are means and its utilisation
 is the worst over that period. An event therefore begins where the period of its first row begins and ends at the time
@@ -12,12 +12,15 @@ recording lacks is not looked for.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Literal, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
+from nhtrack.analysis.event import Event, EventKind
+from nhtrack.analysis.spells import begins, joined_spells, lasting
+from nhtrack.analysis.touches import touches
 from nhtrack.recording import COMPONENTS, Recording
 from nhtrack.simulation.faults import REASONS, TIPPED_OVER
 
@@ -26,8 +29,13 @@ AT_LIMIT = 0.99
 # [m/s] Slip speed from which a wheel at its limit slides. Regularised friction lets a wheel that holds creep at up to
 # 1e-6 m/s (docs/fidelity.md); a wheel can be at its limit and yet creep, while the other one holds the axle.
 CREEP = 1e-3
-# [s] How long a wheel must bear no load. On a slippery floor a rolling wheel hops for some 10 ms.
-LIFTED = 0.02
+# [s] How long a wheel must bear no load and be clear of the floor. Wheels that slide hop, some 30 ms at a time, which
+# is a height of g t^2/8 = 1 mm, and their loads over a tenth of a second are those of wheels that stand.
+LIFTED = 0.1
+# Share of the wheels' radius above which no wheel hops: one that is as high is off the floor at once.
+HIGH = 0.1
+# Share of the wheels' radius from which a wheel is clear of the floor.
+CLEAR = 0.005
 # [s] How long a robot must hardly move. A robot that turns round at its motors' limits does so for some 0.01 s.
 STUCK = 0.5
 # Share of the speed that motors without load give the wheels, below which a robot hardly moves ...
@@ -38,67 +46,29 @@ SPINNING = 0.1
 CUT = 0.5
 # [rad] Tilt from which a robot leans, 5 degrees: hopping wheels that slide at 3 m/s tilt it by 3 or 4 degrees.
 LEANING = np.radians(5.0)
-# [s] Spells closer together than this are one event: no figure shows such a break, and no robot recovers within it.
-GAP = 0.1
-
-_ROUNDING = 1e-9  # [s] of times that are sums of periods
-
-EventKind = Literal["slipping", "wheel off the floor", "stuck", "leaning", "tipped"]
-
-
-@dataclass(frozen=True)
-class Event:
-    """Something that went wrong, once.
-
-    Attributes:
-        kind: what happened.
-        robot: name of the robot.
-        wheel: `left`, `right` or `both`; None where the robot as a whole is meant.
-        start: when it began, on the robot's clock [s].
-        end: when it ended, or where the recording ends [s].
-        measure: what `worst` is.
-        worst: how bad it was, in `unit`.
-        unit: unit of `worst`.
-    """
-
-    kind: EventKind
-    robot: str
-    wheel: str | None
-    start: float
-    end: float
-    measure: str
-    worst: float
-    unit: str
 
 
 def find_events(recording: Recording) -> tuple[Event, ...]:
     """Returns the events of a run, by their start, then in the order of robots and kinds.
 
     - `slipping`: a wheel at its friction limit (`AT_LIMIT`) that slips faster than `CREEP`; its largest slip speed.
-    - `wheel off the floor`: a wheel that bears no load for `LIFTED` or longer, on the mean over a control period, since
-      the contact forces of a sliding wheel chatter from one physics step to the next; the share of the event's time in
-      which a wheel is.
+    - `wheel off the floor`: a wheel that bears no load and is clear of the floor by more than `CLEAR`, for `LIFTED` or
+      longer, or as high as `HIGH`; how high it rose. Loads are means over control periods, since the contact forces of
+      a sliding wheel chatter from one physics step to the next, and such a wheel hops.
     - `stuck`: a robot that hardly moves for `STUCK` or longer although a wheel spins or a motor is at its limit;
       largest speed at a wheel's rim. Turning on the spot is motion: the way of the axle and that of the wheels about it
       count, over a control period. Slow and fast are shares (`STILL`, `SPINNING`) of the speed that motors without load
       give the wheels, so that robots of any size are measured by what they can do.
     - `leaning`: a tilt beyond `LEANING`; largest tilt.
     - `tipped`: the run ended because the robot tipped over; largest tilt recorded until then.
+    - `touched`: two robots in contact; see `nhtrack.analysis.touches`.
     """
     if recording.backend != "mujoco":
         return ()
     found = [event for rule in _RULES if rule.is_known(recording) for event in _events_of(recording, rule)]
-    found += _tipping(recording)
+    found += [*_tipping(recording), *touches(recording)]
     places = {name: place for place, name in enumerate(recording.robots)}
     return tuple(sorted(found, key=lambda event: (event.start, places[event.robot])))
-
-
-def sentences(events: Sequence[Event]) -> tuple[str, ...]:
-    """Returns one sentence for each robot and kind: for how long, since when, how bad."""
-    groups: dict[tuple[str, EventKind], list[Event]] = {}
-    for event in events:
-        groups.setdefault((event.robot, event.kind), []).append(event)
-    return tuple(f"{robot} {_sentence(kind, group)}" for (robot, kind), group in groups.items())
 
 
 # What is looked for ---------------------------------------------------------------------------------------------------
@@ -110,10 +80,12 @@ class Condition(NamedTuple):
     Attributes:
         holds: shape (t, n, 2) for wheels, (t, n, 1) for robots.
         badness: of the worse wheel, shape (t, n).
+        sure: where it is an event however short its spell is, of the shape of `holds`; nowhere by default.
     """
 
     holds: np.ndarray
     badness: np.ndarray
+    sure: np.ndarray | None = None
 
 
 @dataclass(frozen=True)
@@ -127,8 +99,7 @@ class EventRule:
         condition: reads the condition from a recording.
         variables: variables that it needs.
         dimensions: of the robot that it needs.
-        shortest: how long the condition must hold without a break [s].
-        worst: takes the badness of an event's rows to that of the event.
+        shortest: how long the condition must hold without a break, unless it is sure [s].
     """
 
     kind: EventKind
@@ -138,7 +109,6 @@ class EventRule:
     variables: tuple[str, ...]
     dimensions: tuple[str, ...] = ()
     shortest: float = 0.0
-    worst: Callable[[np.ndarray], float] = np.max
 
     def is_known(self, recording: Recording) -> bool:
         """Returns whether the recording has what the condition needs."""
@@ -159,8 +129,10 @@ def _slipping(recording: Recording) -> Condition:
 
 
 def _off_the_floor(recording: Recording) -> Condition:
-    bears_nothing = recording["wheel_load"].values <= 0
-    return Condition(bears_nothing, bears_nothing.any(axis=-1).astype(float))
+    clearance = recording["wheel_clearance"].values
+    radius, free = recording.robot.wheel_radius, recording["wheel_load"].values <= 0
+    clear, high = free & (clearance > CLEAR * radius), free & (clearance > HIGH * radius)
+    return Condition(clear, clearance.max(axis=-1), high)
 
 
 def _stuck(recording: Recording) -> Condition:
@@ -168,7 +140,7 @@ def _stuck(recording: Recording) -> Condition:
     # Means over the period: velocities of a jammed robot chatter from one physics step to the next.
     x, y, theta = np.moveaxis(np.diff(recording["pose"].values, axis=0, prepend=np.nan), -1, 0)
     moved = np.hypot(x, y) + half_separation * np.abs(theta)
-    period = recording.time - _begins(recording.time)
+    period = recording.time - begins(recording.time)
     still = moved < STILL * wheel_radius * no_load_speed * period[:, None]
     spin = np.abs(recording["wheel_speed"].values).max(axis=-1)
     cut = recording["torque_saturation"].values.max(axis=-1)
@@ -189,8 +161,8 @@ _RULES = (
         _slipping, ("friction_utilisation", "longitudinal_slip", "lateral_slip"),
     ),
     EventRule(
-        "wheel off the floor", "share of the time", "1",
-        _off_the_floor, ("wheel_load",), shortest=LIFTED, worst=np.mean,
+        "wheel off the floor", "height", "m",
+        _off_the_floor, ("wheel_load", "wheel_clearance"), ("wheel_radius",), shortest=LIFTED,
     ),
     EventRule(
         "stuck", "rim speed", "m/s",
@@ -204,14 +176,17 @@ _RULES = (
 
 
 def _events_of(recording: Recording, rule: EventRule) -> list[Event]:
-    time, begins = recording.time, _begins(recording.time)
-    holds, badness = rule.condition(recording)
-    wheels: np.ndarray = np.apply_along_axis(lasting, 0, holds, time, rule.shortest)
+    time, begin = recording.time, begins(recording.time)
+    holds, badness, sure = rule.condition(recording)
+    wheels = np.zeros_like(holds)
+    for place in np.ndindex(holds.shape[1:]):
+        each = (slice(None), *place)
+        wheels[each] = lasting(holds[each], time, rule.shortest, None if sure is None else sure[each])
     robots: np.ndarray = np.any(wheels, axis=-1)
     return [
         Event(
-            rule.kind, robot, _wheel(wheels[rows, i]), float(begins[rows.start]), float(time[rows.stop - 1]),
-            rule.measure, float(rule.worst(badness[rows, i])), rule.unit,
+            rule.kind, robot, _wheel(wheels[rows, i]), float(begin[rows.start]), float(time[rows.stop - 1]),
+            rule.measure, float(badness[rows, i].max()), rule.unit,
         )
         for i, robot in enumerate(recording.robots)
         for rows in joined_spells(robots[:, i], time)
@@ -226,37 +201,6 @@ def _wheel(holds: np.ndarray) -> str | None:
     return "both" if holds.any(axis=0).all() else (left if holds[:, 0].any() else right)
 
 
-def lasting(holds: np.ndarray, time: np.ndarray, shortest: float) -> np.ndarray:
-    """Returns `holds` without its spells shorter than `shortest` [s], all of shape (t,)."""
-    first, last = spells(holds)
-    short = time[last] - _begins(time)[first] < shortest - _ROUNDING
-    kept = holds.copy()
-    for start, end in zip(first[short], last[short], strict=True):
-        kept[start : end + 1] = False
-    return kept
-
-
-def joined_spells(holds: np.ndarray, time: np.ndarray) -> list[slice]:
-    """Returns the rows of each event: of the spells of `holds`, those less than `GAP` apart joined."""
-    first, last = spells(holds)
-    if not len(first):
-        return []
-    apart = _begins(time)[first[1:]] - time[last[:-1]] >= GAP - _ROUNDING
-    starts, ends = first[np.append(True, apart)], last[np.append(apart, True)]
-    return [slice(int(start), int(end) + 1) for start, end in zip(starts, ends, strict=True)]
-
-
-def spells(holds: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Returns the first and the last row of every unbroken spell in which a condition holds, shape (t,)."""
-    edges = np.flatnonzero(np.diff(holds, prepend=False, append=False))
-    return edges[::2], edges[1::2] - 1
-
-
-def _begins(time: np.ndarray) -> np.ndarray:
-    """Returns when the period of each row begins [s]: the first row stands for an instant."""
-    return np.append(time[:1], time[:-1])
-
-
 def _tipping(recording: Recording) -> list[Event]:
     """Returns the event of a robot that tipped over, at the end of the period that was not recorded any more."""
     ended = recording.divergence
@@ -265,28 +209,3 @@ def _tipping(recording: Recording) -> list[Event]:
     robot, time = ended.robot, ended.time
     tilt = recording["tilt"].values[:, recording.robots.index(robot)]
     return [Event("tipped", robot, None, time, time, "tilt", float(tilt.max()), "rad")]
-
-
-# In words -------------------------------------------------------------------------------------------------------------
-
-_SENTENCES: dict[EventKind, str] = {
-    "slipping": "slid: a wheel was at its friction limit for {seconds:.2g} s, first at {first:.3g} s, "
-    "sliding at up to {worst:.2g} m/s",
-    "wheel off the floor": "lifted {wheels}: off the floor for {seconds:.2g} s, first at {first:.3g} s",
-    "stuck": "was stuck: hardly moved for {seconds:.2g} s, first at {first:.3g} s, while its wheels turned at up to "
-    "{worst:.2g} m/s at their rims",
-    "leaning": "leaned: for {seconds:.2g} s, first at {first:.3g} s, by up to {degrees:.2g} degrees",
-    "tipped": "tipped over: at {first:.3g} s; it leaned by {degrees:.2g} degrees in the last row that is recorded",
-}
-
-
-def _sentence(kind: EventKind, events: Sequence[Event]) -> str:
-    worst = max(event.worst for event in events)
-    wheels = {event.wheel for event in events}
-    return _SENTENCES[kind].format(
-        seconds=sum(event.end - event.start for event in events),
-        first=events[0].start,
-        worst=worst,
-        degrees=np.degrees(worst),
-        wheels="its wheels" if len(wheels) > 1 or "both" in wheels else f"its {events[0].wheel} wheel",
-    )

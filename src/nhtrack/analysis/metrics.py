@@ -8,10 +8,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from nhtrack.analysis.events import Event, find_events
+from nhtrack.analysis.event import Event, first_touch
+from nhtrack.analysis.events import find_events
+from nhtrack.analysis.spells import averaged
 from nhtrack.recording import Recording
 from nhtrack.settling import SettlingLimits, first_late_row, settling_limits, settling_rows
 
+LOAD_SPAN = 0.1  # [s] over which loads are means: those of sliding wheels jump between nothing and thrice the weight
 _FEW = 100  # robots, up to which all pairs are looked at
 
 
@@ -110,7 +113,8 @@ def summary(recording: Recording, events: Sequence[Event] | None = None) -> dict
     Positions in metres, headings in radians, loads in newtons, times in seconds on the robot's clock. An infinite
     utilisation, of a wheel that carries no load, is None like any figure that is not known. *Late* means the worst over
     the last 15 % of the run, `settling_limits` are those of `nhtrack.settling`. The events are those of
-    `nhtrack.analysis.events.find_events`.
+    `nhtrack.analysis.events.find_events`. Gaps to ideal twins are those until `twin_compared_until`, when robots first
+    touched, or to the end; smallest loads are of means over `LOAD_SPAN`.
 
     Args:
         recording: the run.
@@ -118,6 +122,7 @@ def summary(recording: Recording, events: Sequence[Event] | None = None) -> dict
     """
     separation = smallest_separation(recording)
     events = find_events(recording) if events is None else events
+    touched = first_touch(events)
     return {
         "name": recording.name,
         "backend": recording.backend,
@@ -126,7 +131,8 @@ def summary(recording: Recording, events: Sequence[Event] | None = None) -> dict
         "similarity": {"length": recording.length_scale, "time": recording.time_scale},
         "settling_limits": limits_of(recording)._asdict(),
         "followers": follower_figures(recording),
-        "robots": robot_figures(recording),
+        "twin_compared_until": touched,
+        "robots": robot_figures(recording, touched),
         "smallest_separation": None if separation is None else separation._asdict(),
         "events": [asdict(event) | {"worst": _plain(event.worst)} for event in events],
     }
@@ -150,10 +156,17 @@ def follower_figures(recording: Recording) -> dict[str, dict[str, Any]]:
     }
 
 
-def robot_figures(recording: Recording) -> dict[str, dict[str, Any]]:
-    """Returns path, gap to the twin, friction, load and torque of every robot by its name; see `summary`."""
+def robot_figures(recording: Recording, touched: float | None = None) -> dict[str, dict[str, Any]]:
+    """Returns path, gap to the twin, friction, load and torque of every robot by its name; see `summary`.
+
+    Args:
+        recording: the run.
+        touched: when robots touched first [s]; ideal twins pass through, and gaps are those until then.
+    """
     travelled = np.hypot(*np.moveaxis(np.diff(recording["pose"].values[..., :2], axis=0), -1, 0)).sum(axis=0)
-    position, heading = position_gap(recording), np.abs(heading_gap(recording))
+    before = slice(None) if touched is None else recording.time <= touched
+    position, heading = position_gap(recording)[before], np.abs(heading_gap(recording))[before]
+    load = averaged(recording["wheel_load"].values, recording.time, LOAD_SPAN)
     columns: dict[str, np.ndarray] = {
         "path_length": travelled,
         "gap_position_rms": np.sqrt((position**2).mean(axis=0)),
@@ -162,7 +175,7 @@ def robot_figures(recording: Recording) -> dict[str, dict[str, Any]]:
         "gap_heading_max": heading.max(axis=0),
         "peak_utilisation": _peak(recording, "friction_utilisation"),
         "peak_utilisation_predicted": _peak(recording, "friction_utilisation_predicted"),
-        "smallest_wheel_load": _smallest(recording["wheel_load"].values),
+        "smallest_wheel_load": _smallest(load),
         "peak_lateral_slip": _peak(recording, "lateral_slip"),
         "torque_saturation_share": np.nan_to_num(recording["torque_saturation"].values).max(axis=-1).mean(axis=0),
     }

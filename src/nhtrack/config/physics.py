@@ -33,7 +33,8 @@ class _Stepping(Section):
     contact: Contact = Field(default=Contact(), description="how wheels meet the floor")
     robot_contact: bool = Field(
         default=False,
-        description="whether robots collide: off where followers end in the leader's place, on in formations",
+        description="whether robots collide: off where followers end in the leader's place, on in formations; those "
+        "whose hulls overlap at the start are refused",
     )
     compensation: Literal["nominal", "actual"] = Field(
         default="nominal",

@@ -9,6 +9,7 @@ import numpy as np
 
 from nhtrack.arrays import Array
 from nhtrack.config.law_sections import LawSection
+from nhtrack.config.robots import Start
 from nhtrack.config.scenario import Scenario
 from nhtrack.effects import effects_of
 from nhtrack.errors import SimulationDiverged
@@ -115,7 +116,7 @@ def build(scenario: Scenario, robot: RobotModels | None = None) -> Experiment:
         network=network,
         tracking=_tracking(scenario, network, similarity),
         law=make_law(scenario.law, similarity, make_limits(scenario, robot)),
-        start=_start(scenario, network, similarity),
+        start=_start(scenario, similarity),
         inputs=similarity.inputs_to_robot(scenario.leader.input.reference().held(instants_of(scenario))),
         dt=dt,
         similarity=similarity,
@@ -206,8 +207,16 @@ def seeds_of(*seeds: int) -> Array:
     return np.array([seed % 2**64 for seed in seeds], dtype=np.uint64)
 
 
-def _start(scenario: Scenario, network: Network, similarity: Similarity) -> State:
-    starts = {scenario.leader.name: scenario.leader.start} | {f.name: f.start for f in scenario.followers}
-    pose = np.array([starts[name].pose for name in network.names])
-    twist = np.array([(starts[name].twist[0], 0.0, starts[name].twist[1]) for name in network.names])
-    return State(0.0, similarity.poses_to_robot(pose), similarity.twists_to_robot(twist))
+def start_poses(scenario: Scenario) -> np.ndarray:
+    """Returns the poses that robots begin with, root first, in robot units, shape (n, 3); needs no time scale."""
+    pose = np.array([start.pose for start in _starts(scenario)])
+    return np.asarray(Similarity(scenario.similarity.length, 1.0).poses_to_robot(pose))
+
+
+def _start(scenario: Scenario, similarity: Similarity) -> State:
+    twist = np.array([(start.twist[0], 0.0, start.twist[1]) for start in _starts(scenario)])
+    return State(0.0, start_poses(scenario), similarity.twists_to_robot(twist))
+
+
+def _starts(scenario: Scenario) -> tuple[Start, ...]:
+    return scenario.leader.start, *(follower.start for follower in scenario.followers)

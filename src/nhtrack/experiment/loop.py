@@ -161,6 +161,7 @@ def run_loop(
         dt=simulation.dt,
         start=start.t,
         every=every,
+        touch=simulation.motion.touch.shape[1] > 0,
     )
     recorder.begin(shape)
     memories = make_memories(followers, law, count)

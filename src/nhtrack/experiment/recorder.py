@@ -14,6 +14,7 @@ import numpy as np
 from nhtrack.experiment.rows import BARE, Rows, variables_of
 from nhtrack.experiment.storage import storage
 from nhtrack.simulation import columns
+from nhtrack.simulation.touch import FIELDS, SLOTS
 
 _BLOCK = 16 * 2**20  # bytes of a block of rows that are not kept
 
@@ -31,6 +32,7 @@ class Shape(NamedTuple):
         dt: control period [s].
         start: time at the start [s].
         every: every so many control periods a row is kept; the end of the run always is.
+        touch: whether robots can touch each other.
     """
 
     periods: int
@@ -42,6 +44,7 @@ class Shape(NamedTuple):
     dt: float
     start: float
     every: int = 1
+    touch: bool = False
 
     @property
     def total(self) -> int:
@@ -65,15 +68,19 @@ class Shape(NamedTuple):
     def row_bytes(self) -> int:
         """Bytes of all rows of one time, without the law's memory."""
         p, size = self.qpos
-        return 8 * self.simulations * (self.robots * self.columns + p * size)
+        touched = self.touch * SLOTS * len(FIELDS)
+        return 8 * self.simulations * (self.robots * (self.columns + touched) + p * size)
 
-    def rows(self, count: int, *, memory: bool, qpos: bool, empty: Callable[..., np.ndarray] = np.empty) -> Rows:
+    def rows(
+        self, count: int, *, memory: bool, qpos: bool, touch: bool, empty: Callable[..., np.ndarray] = np.empty
+    ) -> Rows:
         """Returns room for so many rows, made by `empty`."""
         b, n = self.simulations, self.robots
         return Rows(
             empty((b, count, n, self.columns)),
             np.empty((b, count if memory else 0, n, max(self.memory, 1))),
             empty((b, count if qpos and self.qpos[0] else 0, *self.qpos)),
+            empty((b, count if touch and self.touch else 0, n, SLOTS, len(FIELDS))),
             0,
         )
 
@@ -114,8 +121,8 @@ class FullRecorder:
     def begin(self, shape: Shape) -> None:
         """Takes memory for the whole run."""
         self.shape, self.count, self.room = shape, 0, shape.total + shape.periods
-        size = shape.row_bytes * shape.total
-        self._rows = shape.rows(shape.total, memory=False, qpos=self._qpos, empty=storage(size, self._folder))
+        empty = storage(shape.row_bytes * shape.total, self._folder)
+        self._rows = shape.rows(shape.total, memory=False, qpos=self._qpos, touch=True, empty=empty)
 
     def space(self, first: int, count: int) -> Rows:
         """Returns the rows themselves."""
@@ -134,7 +141,9 @@ class FullRecorder:
     @property
     def variables(self) -> dict[str, np.ndarray]:
         """Arrays of shape (t, b, n, ...) by the names of `nhtrack.recording.VARIABLES`."""
-        return variables_of(self._rows.table[:, : self.count].swapaxes(0, 1))
+        found = variables_of(self._rows.table[:, : self.count].swapaxes(0, 1))
+        touch = self._rows.touch[:, : self.count].swapaxes(0, 1)
+        return found | ({"touch": touch} if self.shape.touch else {})
 
     @property
     def qpos(self) -> np.ndarray | None:
@@ -152,7 +161,7 @@ class Streaming:
         """Takes memory for a block of rows."""
         self.shape = shape
         count = self.room = max(2, min(shape.total, _BLOCK // (shape.row_bytes + 8 * shape.simulations * shape.memory)))
-        self._rows = shape.rows(count, memory=True, qpos=False)
+        self._rows = shape.rows(count, memory=True, qpos=False, touch=False)
 
     def space(self, first: int, count: int) -> Rows:
         """Returns the block's rows, as many as there are."""

@@ -13,6 +13,7 @@ from nhtrack import assets
 from nhtrack.config.checks import positive
 from nhtrack.config.physics import Physics
 from nhtrack.config.robot_section import RobotChoice, RobotSection
+from nhtrack.config.scenario import Scenario
 from nhtrack.config.tree import Path, lookup
 from nhtrack.effects import Effect, RobotsAtRest, Setting, effects_of
 from nhtrack.errors import RobotError, did_you_mean
@@ -43,6 +44,38 @@ def robot_findings(tree: Mapping[str, Any], directory: FilePath) -> Iterator[Fin
         yield at, f"no robot file {str(directory / robot.file)!r}"
     else:
         yield from _findings(_effects_in(tree), robot.model_copy(update={"file": str(directory / robot.file)}), at)
+    if lookup(tree, ("physics", "robot_contact")) is True:
+        yield from _start_findings(tree)
+
+
+def _start_findings(tree: Mapping[str, Any]) -> Iterator[Finding]:
+    """Yields the followers whose hulls overlap other robots' at the start, in a scenario in which robots collide."""
+    try:
+        scenario = Scenario.model_validate(tree)
+    except ValidationError:
+        return  # told where sections are judged, or it is a campaign
+    if scenario.backend == "ideal":
+        return
+    # What looks at hulls needs MuJoCo.
+    from nhtrack.experiment.build import make_scene_spec, start_poses
+    from nhtrack.simulation.overlaps import Overlap, overlaps
+    from nhtrack.simulation.robot_models import read_robot
+
+    spec, worst = make_scene_spec(scenario), dict[int, Overlap]()
+    try:
+        found = list(overlaps(spec, read_robot(spec), start_poses(scenario)[spec.first_body :]))
+    except RobotError:
+        return  # told above
+    for overlap in found:
+        if overlap.second not in worst or overlap.depth > worst[overlap.second].depth:
+            worst[overlap.second] = overlap
+    for second, (first, _, depth) in sorted(worst.items()):
+        follower = second - 1 + spec.first_body
+        yield (
+            ("followers", follower, "start"),
+            f"the hulls of {spec.bodies[second]!r} and {spec.bodies[first]!r} overlap by {1e3 * depth:.3g} mm at the "
+            "start, and robots collide (physics.robot_contact): start them farther apart",
+        )
 
 
 def _effects_in(tree: Mapping[str, Any]) -> tuple[Effect, ...]:

@@ -11,6 +11,8 @@ import numpy as np
 from nhtrack import planar
 from nhtrack.compiled import compiled_inside
 from nhtrack.simulation import columns
+from nhtrack.simulation.motion import copy
+from nhtrack.simulation.touch import forget_touches
 
 # Columns of a row, by the names of `nhtrack.recording.VARIABLES`; telemetry follows them.
 COLUMNS: Mapping[str, slice] = {
@@ -31,12 +33,15 @@ class Rows(NamedTuple):
         table: shape (b, k, n, BARE) or, with telemetry, (b, k, n, BARE + columns.WIDTH).
         memory: of the law after its command, shape (b, k, n, values), or k = 0.
         qpos: MuJoCo's configuration, shape (b, k, p, coordinates of a robot), or k = 0.
+        touch: what robots have touched since the row before, see `nhtrack.simulation.touch`, shape
+            (b, k, n, SLOTS, FIELDS), or k = 0.
         first: which of the rows is the next.
     """
 
     table: np.ndarray
     memory: np.ndarray
     qpos: np.ndarray
+    touch: np.ndarray
     first: int
 
 
@@ -78,3 +83,8 @@ def write_row(
         for robot in range(motion.qpos.shape[1]):
             for c in range(motion.qpos.shape[2]):
                 rows.qpos[b, rows.first + k, robot, c] = motion.qpos[b, robot, c]
+    if rows.touch.shape[1] > 0:
+        for i in range(motion.touch.shape[1]):
+            for slot in range(motion.touch.shape[2]):
+                copy(rows.touch[b, rows.first + k, i, slot], motion.touch[b, i, slot])
+        forget_touches(motion.touch[b])

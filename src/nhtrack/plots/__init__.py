@@ -12,7 +12,8 @@ from pathlib import Path
 
 from matplotlib.figure import Figure
 
-from nhtrack.analysis.events import Event, find_events
+from nhtrack.analysis.event import Event
+from nhtrack.analysis.events import find_events
 from nhtrack.plots.figures import run_figures
 from nhtrack.plots.files import save_figure
 from nhtrack.plots.style import column_styled

@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from matplotlib.transforms import ScaledTranslation
 
-from nhtrack.analysis.events import Event, EventKind
+from nhtrack.analysis.event import Event, EventKind
 from nhtrack.colours import INK, robot_colour
 from nhtrack.presentation.numbers import counted
 from nhtrack.presentation.shown import CROWD, Span, covered
@@ -84,7 +84,7 @@ def _draw_bars(axes: Axes, events: Sequence[Event], robots: Sequence[str], last:
     figure = axes.get_figure(root=True)
     assert figure is not None
     for place, name in enumerate(robots):
-        spans = [_span(event, last) for event in events if event.robot == name and event.start < event.end]
+        spans = [_span(event, last) for event in events if name in event.robots and event.start < event.end]
         down = axes.get_xaxis_transform() + ScaledTranslation(0.0, -below / 72, figure.dpi_scale_trans)
         for span in spans:
             axes.add_artist(Line2D(span, (1.0, 1.0), color=robot_colour(place), transform=down, **_BAR))
@@ -99,7 +99,7 @@ def _write_name(axes: Axes, events: Sequence[Event], last: float, below: float, 
     """
     if not events:
         return below
-    robots = len({event.robot for event in events})
+    robots = len({name for event in events for name in event.robots})
     count = f": {counted(robots, 'robot')}" if crowd else ""
     start, end = max((_span(event, last) for event in events), key=lambda span: span[1] - span[0])
     early = start + end <= last

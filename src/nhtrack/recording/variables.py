@@ -11,6 +11,7 @@ COMPONENTS: dict[str, tuple[str, ...]] = {
     "twist_component": ("v_x", "v_y", "omega"),
     "input_component": ("u_x", "u_theta"),
     "wheel": ("left", "right"),
+    "touch_component": ("partner", "time", "impulse", "closing_speed", "overlap"),
 }
 
 
@@ -64,4 +65,10 @@ VARIABLES: dict[str, Variable] = {
         _WHEEL, "1", "the same from the reduced model with quasi-static loads"),
     "tilt": Variable(
         (), "rad", "angle between the robot's vertical axis and the world's"),
+    "wheel_clearance": Variable(
+        _WHEEL, "m", "height of the wheels' lowest points above the floor"),
+    "touch": Variable(
+        ("touch", "touch_component"), "1, s, N s, m/s, m",
+        "robots touched since the row before, each pair with one of the two (NaN where there is none): place of the "
+        "other, time in contact, impulse of the normal forces, largest closing speed, largest overlap of the hulls"),
 }  # fmt: skip

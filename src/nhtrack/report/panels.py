@@ -8,9 +8,11 @@ from typing import Any
 
 import numpy as np
 
+from nhtrack.analysis.event import first_touch
 from nhtrack.analysis.metrics import heading_error, heading_gap, of_largest_magnitude, position_error, position_gap
+from nhtrack.analysis.touches import touches
 from nhtrack.colours import BAND_COLOUR, robot_colour, robot_dashes
-from nhtrack.presentation.numbers import common_prefix
+from nhtrack.presentation.numbers import common_prefix, seconds
 from nhtrack.presentation.shown import CROWD
 from nhtrack.recording import Recording
 from nhtrack.report.downsample import extreme_rows, numbers
@@ -67,9 +69,16 @@ def _panels(recording: Recording) -> Iterator[Panel]:
     if "friction_utilisation" in recording.dataset:
         yield from _slips(recording)
     if recording.backend != "ideal" and "ideal_pose" in recording.dataset:
-        yield _prefixed("gap", "Gap to the ideal twin", "distance from the twin", "m", position_gap(recording))
-        turned = np.abs(heading_gap(recording))
-        yield _prefixed("turned", "Gap to the ideal twin", "heading from the twin's, magnitude", "rad", turned)
+        yield from _gaps(recording)
+
+
+def _gaps(recording: Recording) -> Iterator[Panel]:
+    """Yields how far robots are from their twins, and from when on that says nothing of wheels."""
+    touched, group = first_touch(list(touches(recording))), "Gap to the ideal twin"
+    through = "" if touched is None else f"; robots touch first at {seconds(touched)}, twins pass through"
+    yield _prefixed("gap", group, f"distance from the twin{through}", "m", position_gap(recording))
+    turned = np.abs(heading_gap(recording))
+    yield _prefixed("turned", group, f"heading from the twin's, magnitude{through}", "rad", turned)
 
 
 def _torques(recording: Recording) -> Iterator[Panel]:

@@ -145,9 +145,12 @@ def _gap(summary: Summary) -> list[str]:
     if far is None or turned is None:
         return ["How far wheels and ideal twin part is not known to the end: the twin diverged or ended early."]
     rms = robots[far[0]]["gap_position_rms"]
+    until = summary["twin_compared_until"]
+    told = "Wheels" if until is None else f"Until robots first touched, at {seconds(until)}, wheels"
+    after = "" if until is None else " From then on they are not compared: twins pass through each other."
     return [
-        f"Wheels and ideal twin part by at most {quantity(far[1], 'm')} ({far[0]}; {quantity(rms, 'm')} RMS), their "
-        f"headings by at most {quantity(turned[1], 'rad')} ({turned[0]})."
+        f"{told} and ideal twin part by at most {quantity(far[1], 'm')} ({far[0]}; {quantity(rms, 'm')} RMS), their "
+        f"headings by at most {quantity(turned[1], 'rad')} ({turned[0]}).{after}"
     ]
 
 
@@ -178,12 +181,27 @@ def _events(summary: Summary) -> list[str]:
         return []
     events = summary["events"]
     if not events:
-        return ["No wheel slid, none left the floor, and no robot was stuck, leaned or tipped over."]
+        return ["No wheel slid, none left the floor, and no robot was stuck, leaned, tipped over or touched another."]
     kinds: dict[str, list[str]] = {}
     for event in events:
-        kinds.setdefault(event["kind"], []).append(event["robot"])
+        kinds.setdefault(event["kind"], []).append(_who(event))
     told = [f"{kind} {_times(len(robots))} ({listed(list(dict.fromkeys(robots)))})" for kind, robots in kinds.items()]
-    return [f"Events on wheels: {'; '.join(told)}."]
+    hardest = max((event for event in events if event["touch"]), key=lambda event: event["worst"], default=None)
+    return [f"Events on wheels: {'; '.join(told)}.", *([_hardest(hardest)] if hardest else [])]
+
+
+def _who(event: Mapping[str, Any]) -> str:
+    return f"{event['robot']} with {event['touch']['other']}" if event["touch"] else str(event["robot"])
+
+
+def _hardest(event: Mapping[str, Any]) -> str:
+    """Returns how the robots of the hardest contact touched."""
+    touch = event["touch"]
+    return (
+        f"{event['robot']} and {touch['other']} touched hardest of all, at {seconds(event['start'])}: they closed in "
+        f"at {quantity(event['worst'], 'm/s')}, were in contact for {seconds(touch['contact_time'])}, with an impulse "
+        f"of {quantity(touch['impulse'], 'N s')}, and hulls overlapped by up to {quantity(touch['overlap'], 'm')}."
+    )
 
 
 def _times(count: int) -> str:

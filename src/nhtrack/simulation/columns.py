@@ -18,8 +18,9 @@ COLUMNS: Mapping[str, slice] = {
     "friction_utilisation": slice(13, 15),
     "friction_utilisation_predicted": slice(15, 17),
     "tilt": slice(17, 18),
+    "wheel_clearance": slice(18, 20),
 }
-WIDTH = 18
+WIDTH = 20
 SCALARS = ("lateral_slip", "tilt")  # those with one value a robot
 
 

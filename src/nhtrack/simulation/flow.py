@@ -36,7 +36,7 @@ class Integrator(NamedTuple):
 
 
 class Flow(NamedTuple):
-    """State of b simulations of n ideal robots; arrays as in `nhtrack.simulation.motion.Motion`, `qpos` empty."""
+    """State of b simulations of n ideal robots; arrays as in `Motion` of wheels, `qpos` and `touch` empty."""
 
     g: np.ndarray
     xi: np.ndarray
@@ -45,6 +45,7 @@ class Flow(NamedTuple):
     u: np.ndarray
     qpos: np.ndarray
     telemetry: np.ndarray
+    touch: np.ndarray
     fault: np.ndarray
     lost: np.ndarray
     reach: np.ndarray
@@ -107,6 +108,7 @@ def measure_flow(integrator: Integrator, flow: Flow, b: int) -> None:
         used_0 = predicted_utilisation(plant, floor, x_0, y_0, theta_0, first.force, first.load)
         used = predicted_utilisation(plant, floor, x, y, theta, last.force, last.load)
         rows[b, i, 10] = rows[b, i, 11] = rows[b, i, 12] = rows[b, i, 17] = 0.0
+        rows[b, i, 18] = rows[b, i, 19] = 0.0
         for wheel in range(2):
             speed = (v + (2 * wheel - 1) * plant.half_separation * omega) / plant.radius
             line, torque = speed / plant.no_load_speed, last.torque[wheel]

@@ -1,18 +1,21 @@
-"""Forces of the floor on the tyres, read from MuJoCo's list of contacts: sensors of them cost O(n^2)."""
+"""Forces of the floor on the tyres and contacts between robots, from MuJoCo's list: sensors of them cost O(n^2)."""
 
 from __future__ import annotations
-
-import numpy as np
 
 from nhtrack.compiled import compiled_inside, float64_at, int32_at, int64_at
 from nhtrack.simulation.motion import Motion, Place, Wheels, fill
 from nhtrack.simulation.plant import length, wheel_utilisation
+from nhtrack.simulation.touch import note_touch
 
 
 @compiled_inside
-def read_forces(wheels: Wheels, place: Place, force: np.ndarray, first: int) -> None:
-    """Reads the forces of the floor on the tyres of a unit from the list of contacts, in the world frame."""
-    ncon, contact, efc_force, _, _, _, size, frame, geom, efc_address = wheels.layout
+def read_forces(wheels: Wheels, place: Place, motion: Motion, b: int, first: int) -> None:
+    """Reads the forces of the floor on the tyres of a unit, in the world frame, and what its robots touch.
+
+    `first` is the unit's first robot.
+    """
+    ncon, contact, efc_force, _, _, _, size, frame, geom, efc_address, _, _, _ = wheels.layout
+    force, can_touch = motion.force[b], motion.touch.shape[1] > 0
     for i in range(wheels.tyres.shape[0]):
         for wheel in range(2):
             fill(force[first + i, wheel], 0.0)
@@ -31,6 +34,11 @@ def read_forces(wheels: Wheels, place: Place, force: np.ndarray, first: int) -> 
                 pushed += float64_at(axes + 24 + 8 * axis) * float64_at(parts + 8)
                 pushed += float64_at(axes + 48 + 8 * axis) * float64_at(parts + 16)
                 on_tyre[axis] += sign * pushed
+        elif row >= 0 and can_touch:
+            one, another = wheels.owners[int32_at(at + geom)], wheels.owners[int32_at(at + geom + 4)]
+            if one >= 0 and another >= 0 and one != another:
+                place_one, place_another = first + one + wheels.first_body, first + another + wheels.first_body
+                note_touch(wheels, place, motion, b, place_one, place_another, at, row)
         at += size
 
 

@@ -16,6 +16,7 @@ from nhtrack.simulation.faults import failure_in, reach_of
 from nhtrack.simulation.integrator import advance_all
 from nhtrack.simulation.plant import floor_of, plant_of
 from nhtrack.simulation.state import Driven, State, require_rolling
+from nhtrack.simulation.touch import NOTED, SLOTS
 from nhtrack.simulation.track import Track, driven, make_track
 
 # Stands for wheels that nobody asks about.
@@ -89,6 +90,7 @@ class IdealSimulation:
             u=np.zeros((count, robots, 2)),
             qpos=np.zeros((count, 0, 0)),
             telemetry=np.zeros((count, robots, columns.WIDTH)),
+            touch=np.zeros((count, 0, SLOTS, NOTED)),
             fault=np.zeros((count, 3), dtype=np.int64),
             lost=np.zeros(count, dtype=np.bool_),
             reach=reach_of(g, self._size),

@@ -30,6 +30,9 @@ class Layout(NamedTuple):
     frame: int
     geom: int
     efc_address: int
+    distance: int
+    efc_velocity: int
+    time: int
 
 
 @cache
@@ -71,6 +74,9 @@ def layout() -> Layout:
         frame=contact.frame.offset,
         geom=contact.geom.offset,
         efc_address=contact.efc_address.offset,
+        distance=contact.dist.offset,
+        efc_velocity=data.efc_vel.offset,
+        time=data.time.offset,
     )
     _verify(found)
     return found
@@ -116,6 +122,9 @@ def _verify(found: Layout) -> None:
         "contact.frame": (contacts + found.frame, data.contact.frame.ctypes.data),
         "contact.geom": (contacts + found.geom, data.contact.geom.ctypes.data),
         "contact.efc_address": (contacts + found.efc_address, data.contact.efc_address.ctypes.data),
+        "contact.dist": (contacts + found.distance, data.contact.dist.ctypes.data),
+        "efc_vel": (_read(ctypes.c_void_p, data._address + found.efc_velocity), data.efc_vel.ctypes.data),
+        "time": (_read(ctypes.c_double, data._address + found.time), data.time),
         "mjContact": (found.contact_size, data.contact.frame.strides[0]),
         "warning": (
             _read(ctypes.c_int, data._address + found.warning + 2 * found.warning_size + found.warning_number), 7

@@ -34,10 +34,12 @@ class Wheels(NamedTuple):
         floor: what they stand on.
         known: what the compensation knows of it.
         radius_factors: radii of the tyres over the nominal radius.
+        flatness: of their shape, 1 - (half width/radius)^2 [1].
         wheel_dofs: places of the wheels among a robot's velocities.
         motors: of a unit's robots among its actuators, shape (k, 2).
         tyres: of a unit's robots among its geoms, shape (k, 2).
         roles: of a unit's geoms: 2 i + wheel for tyres, -2 for the floor, -1 for all others.
+        owners: which of a unit's robots each of its geoms belongs to, -1 for none.
         first_body: 1 where the root is virtual, else 0.
         layout: `nhtrack.simulation.memory.Layout` as integers.
     """
@@ -62,10 +64,12 @@ class Wheels(NamedTuple):
     floor: Floor
     known: Floor
     radius_factors: tuple[float, float]
+    flatness: float
     wheel_dofs: tuple[int, int]
     motors: np.ndarray
     tyres: np.ndarray
     roles: np.ndarray
+    owners: np.ndarray
     first_body: int
     layout: tuple[int, ...]
 
@@ -103,7 +107,9 @@ class Motion(NamedTuple):
         force: of the floor on the tyres in the last step, world frame [N], shape (b, p, 2, 3).
         rolled: sums and extremes of a period, shape (b, p, 2, 5): torque given, largest torque asked for, steps in
             which the motor gave another one, load, largest friction utilisation.
-        telemetry: see `nhtrack.simulation.columns`, shape (b, n, 18).
+        telemetry: see `nhtrack.simulation.columns`, shape (b, n, WIDTH).
+        touch: what robots have touched since the last row, see `nhtrack.simulation.touch`, shape (b, n, SLOTS, NOTED);
+            (b, 0, SLOTS, NOTED) where they cannot.
         fault: why a simulation stopped, which robot, which warning; shape (b, 3).
         lost: whether it has, shape (b,).
         reach: how far from the leader a robot has run away [m], shape (b,).
@@ -124,6 +130,7 @@ class Motion(NamedTuple):
     force: np.ndarray
     rolled: np.ndarray
     telemetry: np.ndarray
+    touch: np.ndarray
     fault: np.ndarray
     lost: np.ndarray
     reach: np.ndarray

@@ -30,6 +30,7 @@ from nhtrack.simulation.motion import Motion, Place
 from nhtrack.simulation.scene import Scene
 from nhtrack.simulation.spec import SceneSpec
 from nhtrack.simulation.state import Driven, State, require_rolling
+from nhtrack.simulation.touch import NOTED, SLOTS
 from nhtrack.simulation.track import Track, driven, make_track
 from nhtrack.simulation.wheels import make_wheels
 
@@ -105,6 +106,7 @@ class MujocoSimulation:
         k, model = len(self.scene.spec.bodies), self.scene.model
         size_q, size_v = model.nq // k, model.nv // k
         robots, bodies, wheels = (count, n), (count, p), (count, p, 2)
+        can_touch = self.spec.robot_contact and p > 1
         return Motion(
             g=np.zeros((*robots, 3)),
             xi=np.zeros((*robots, 3)),
@@ -121,6 +123,7 @@ class MujocoSimulation:
             force=np.zeros((*wheels, 3)),
             rolled=np.zeros((*wheels, 5)),
             telemetry=np.zeros((*robots, columns.WIDTH)),
+            touch=np.zeros((count, n if can_touch else 0, SLOTS, NOTED)),
             fault=np.zeros((count, 3), dtype=np.int64),
             lost=np.zeros(count, dtype=np.bool_),
             reach=np.zeros(count),
@@ -134,6 +137,7 @@ class MujocoSimulation:
             values[...] = 0
         motion.g[:], motion.xi[:] = self._batched(state.g), self._batched(state.xi)
         motion.g_before[:], motion.xi_before[:] = motion.g, motion.xi
+        motion.touch[:] = np.nan
         motion.reach[:] = reach_of(motion.g, self._size)
         first = self.spec.first_body
         g, xi = motion.g[:, first:], motion.xi[:, first:]

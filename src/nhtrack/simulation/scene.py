@@ -78,6 +78,12 @@ class Scene:
         mujoco.mj_saveModel(self.model, None, buffer)
         return hashlib.sha256(buffer.tobytes()).hexdigest()
 
+    @property
+    def tyre_flatness(self) -> float:
+        """1 - k^2 of tyres that are ellipsoids of radius r and half width k r."""
+        radius, half_width, _ = self.model.geom_size[self.addresses.tyres[0, 0]]
+        return float(1 - (half_width / radius) ** 2)
+
     def qpos_of(self, pose: Array, wheel_angle: Array) -> Array:
         """Returns MuJoCo coordinates of robots that stand on the floor, leaning where their wheels are unlike.
 
@@ -113,10 +119,9 @@ class Scene:
 
             sin phi = s q,  q = (r_left - r_right)/(2 b),  hence  s = 1/sqrt(1 + (1 - k^2) q^2).
         """
-        radius, half_width, _ = self.model.geom_size[self.addresses.tyres[0, 0]]
         left, right = self.radius_factors
         q = (left - right) * self.drive.wheel_radius / self.drive.wheel_separation
-        s = 1 / math.sqrt(1 + (1 - (half_width / radius) ** 2) * q**2)
+        s = 1 / math.sqrt(1 + self.tyre_flatness * q**2)
         return s * self.drive.wheel_radius, math.asin(s * q)
 
     def qvel_of(self, pose: Array, twist: Array) -> Array:

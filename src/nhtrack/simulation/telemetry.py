@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from nhtrack.compiled import compiled_inside
-from nhtrack.simulation.attitude import tilt_of
+from nhtrack.simulation.attitude import clearances_of, tilt_of
 from nhtrack.simulation.motion import Motion, Wheels, fill
 from nhtrack.simulation.plant import demand_of, predicted_utilisation
 
@@ -35,6 +35,7 @@ def write_telemetry(wheels: Wheels, motion: Motion, b: int, unknown: bool) -> No
         row[12] = now[1]
         _predict(wheels, motion, b, robot + wheels.first_body, row)
         row[17] = tilt_of(wheels.planar, motion.qpos[b, robot])
+        row[18], row[19] = clearances_of(wheels, motion.qpos[b, robot])
 
 
 @compiled_inside

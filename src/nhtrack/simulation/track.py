@@ -18,7 +18,7 @@ class Track(NamedTuple):
     Attributes:
         g: poses at the end of each period, shape (k, b, n, 3), or no periods.
         xi: twists, likewise.
-        telemetry: shape (k, b, n, 18), or no periods.
+        telemetry: shape (k, b, n, WIDTH), or no periods.
         written: periods finished, shape (b,).
     """
 

@@ -58,7 +58,7 @@ def drive_unit(wheels: Wheels, place: Place, motion: Motion, b: int, unit: int, 
 def read_unit(wheels: Wheels, place: Place, motion: Motion, b: int, unit: int) -> None:
     """Reads what a physics step made of the robots of a unit."""
     size_q, size_v, count = 8 * motion.qpos.shape[2], 8 * motion.qvel.shape[2], wheels.tyres.shape[0]
-    read_forces(wheels, place, motion.force[b], unit * count)
+    read_forces(wheels, place, motion, b, unit * count)
     for i in range(count):
         robot = unit * count + i
         _take_row(place.qpos + i * size_q, motion.qpos[b, robot])

@@ -45,10 +45,12 @@ def make_wheels(scene: Scene, spec: SceneSpec, dt: float) -> Wheels:
         floor=floor_of(spec.ground),
         known=floor_of(known),
         radius_factors=scene.radius_factors,
+        flatness=scene.tyre_flatness,
         wheel_dofs=(int(at.wheel_qvel[0, 0] - at.root_qvel[0]), int(at.wheel_qvel[0, 1] - at.root_qvel[0])),
         motors=np.ascontiguousarray(at.motors, dtype=np.int64),
         tyres=np.ascontiguousarray(at.tyres, dtype=np.int64),
         roles=_roles(scene),
+        owners=_owners(scene),
         first_body=spec.first_body,
         layout=tuple(memory.layout()),
     )
@@ -66,3 +68,12 @@ def _roles(scene: Scene) -> np.ndarray:
     roles[(model.geom_bodyid == 0) & (model.geom_type == mujoco.mjtGeom.mjGEOM_PLANE)] = -2
     roles[scene.addresses.tyres.ravel()] = np.arange(scene.addresses.tyres.size)
     return roles
+
+
+def _owners(scene: Scene) -> np.ndarray:
+    """Returns which robot each geom belongs to, -1 for none."""
+    model = scene.model
+    roots = model.jnt_bodyid[[model.joint(f"{name}/root/").id for name in scene.spec.bodies]]
+    robots = np.full(model.nbody, -1, dtype=np.int64)
+    robots[roots] = np.arange(len(roots))
+    return np.ascontiguousarray(robots[model.body_rootid[model.geom_bodyid]])

@@ -8,7 +8,8 @@ import mujoco
 import numpy as np
 
 from nhtrack import se2
-from nhtrack.analysis.events import slip_speed, spells
+from nhtrack.analysis.events import slip_speed
+from nhtrack.analysis.spells import spells
 from nhtrack.recording import Recording
 from nhtrack.simulation.scene import Scene
 

@@ -8,7 +8,8 @@ from typing import get_args
 import numpy as np
 from matplotlib.figure import Figure
 
-from nhtrack.analysis.events import Event, EventKind, find_events
+from nhtrack.analysis.event import Event, EventKind
+from nhtrack.analysis.events import find_events
 from nhtrack.analysis.metrics import heading_error, position_error
 from nhtrack.plots.event_marks import mark_events
 from nhtrack.plots.style import column_styled

@@ -8,8 +8,10 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from nhtrack.analysis.events import Event, EventKind, find_events
-from nhtrack.analysis.metrics import of_largest_magnitude
+from nhtrack.analysis.event import Event, EventKind
+from nhtrack.analysis.events import find_events
+from nhtrack.analysis.metrics import LOAD_SPAN, of_largest_magnitude
+from nhtrack.analysis.spells import averaged
 from nhtrack.colours import INK
 from nhtrack.plots.event_marks import mark_events
 from nhtrack.plots.style import column_styled
@@ -19,8 +21,8 @@ from nhtrack.recording import Recording
 
 # What concerns which panel: a wheel that loses the floor shows in the loads, one that spins in the friction.
 _SLIP_EVENTS: tuple[tuple[EventKind, ...], ...] = (
-    ("slipping", "tipped"),
-    ("slipping", "tipped"),
+    ("slipping", "touched", "tipped"),
+    ("slipping", "touched", "tipped"),
     ("wheel off the floor", "leaning", "tipped"),
     ("stuck", "tipped"),
 )
@@ -29,7 +31,7 @@ _SLIP_VARIABLES = ("lateral_slip", "longitudinal_slip", "wheel_load", "friction_
 
 @column_styled
 def slip(recording: Recording, events: Sequence[Event] | None = None) -> Figure | None:
-    """Returns lateral and longitudinal slip [m/s], wheel loads [N] and friction utilisation with its limit.
+    """Returns lateral and longitudinal slip [m/s], mean wheel loads [N] and friction utilisation with its limit.
 
     Of the two wheels the one that slips, or uses friction, more is shown. Events are shaded where they concern what a
     panel shows. A run on the ideal integrator, which does not slip, has only the loads and the utilisation that the
@@ -38,12 +40,13 @@ def slip(recording: Recording, events: Sequence[Event] | None = None) -> Figure 
     if not set(_SLIP_VARIABLES) <= set(recording.dataset.data_vars):
         return None
     lateral, longitudinal, load, utilisation = (recording[name].values for name in _SLIP_VARIABLES)
+    load = averaged(load, recording.time, LOAD_SPAN)
     ideal, places = recording.backend == "ideal", range(len(recording.robots))
     slips = [] if ideal else [lateral, of_largest_magnitude(longitudinal)]
     scales = [common_prefix(values) for values in slips]
     titles = ("sideways slip, axle midpoint", "slip along the rolling direction, worse wheel")
     panels = [(title, f"slip [{prefix}m/s]") for title, (_, prefix) in zip(titles, scales, strict=False)]
-    panels.append(("wheel load, left solid, right dashed", "load [N]"))
+    panels.append(("wheel load, mean over 0.1 s, left solid, right dashed", "load [N]"))
     panels.append((f"friction utilisation, worse wheel{', predicted' if ideal else ''}", "utilisation [1]"))
     sheet = Sheet(recording, panels)
     for row, (values, (factor, _)) in enumerate(zip(slips, scales, strict=True)):

@@ -54,23 +54,39 @@ class Standing:
         return asdict(self)
 
 
+_ALIKE = 0.01  # share by which figures differ that mean the same
+
+
 class Measure(NamedTuple):
-    """A figure of the standings: its heading, its unit (`%` for a share), and what is said of the best at it."""
+    """A figure of the standings.
+
+    Attributes:
+        heading: of its column.
+        unit: its unit, `%` for a share.
+        rounding: what it differs by, in SI units, where runs differ by nothing that means anything: a micrometre or a
+            microradian, within which wheels follow their twins; a control period at 100 Hz; a thousandth of a share.
+        praise: what is said of the best at it.
+    """
 
     heading: str
     unit: str
+    rounding: float
     praise: str
+
+    def ties(self, best: float, next_best: float) -> bool:
+        """Returns whether two figures, the smaller first, differ by less than means anything."""
+        return next_best - best <= (1 + 1e-9) * max(self.rounding, _ALIKE * best)
 
 
 MEASURES: Mapping[str, Measure] = {
-    "late_position_error": Measure("late", "m", "is nearest to its place late in the run"),
-    "late_heading_error": Measure("late heading", "rad", "keeps its heading best late in the run"),
-    "settling_time": Measure("settled", "s", "settles first"),
-    "gap_position_rms": Measure("gap RMS", "m", "is closest to its ideal twin"),
-    "peak_utilisation": Measure("friction", "%", "asks least of the floor"),
-    "torque_saturation_share": Measure("saturation", "%", "has its motors at their limits least often"),
-    "effort_x": Measure("RMS u_x", "m/s²", "speeds up and brakes least"),
-    "effort_theta": Measure("RMS u_theta", "rad/s²", "turns in and out of bends least"),
+    "late_position_error": Measure("late", "m", 1e-6, "is nearest to its place late in the run"),
+    "late_heading_error": Measure("late heading", "rad", 1e-6, "keeps its heading best late in the run"),
+    "settling_time": Measure("settled", "s", 0.01, "settles first"),
+    "gap_position_rms": Measure("gap RMS", "m", 1e-6, "is closest to its ideal twin"),
+    "peak_utilisation": Measure("friction", "%", 1e-3, "asks least of the floor"),
+    "torque_saturation_share": Measure("saturation", "%", 1e-3, "has its motors at their limits least often"),
+    "effort_x": Measure("RMS u_x", "m/s²", 1e-6, "speeds up and brakes least"),
+    "effort_theta": Measure("RMS u_theta", "rad/s²", 1e-6, "turns in and out of bends least"),
 }
 
 
@@ -104,13 +120,13 @@ def standing(label: str, recording: Recording, summary: dict[str, Any]) -> Stand
 def best(standings: Sequence[Standing]) -> dict[str, int]:
     """Returns the place of the law with the smallest value of each measure, of those whose runs completed.
 
-    A measure that not at least two of them have, or of which the two smallest are alike, has no best.
+    A measure that not at least two of them have, or of which the two smallest tie, has no best.
     """
     places = {}
-    for measure in MEASURES:
+    for measure, kind in MEASURES.items():
         known = [(getattr(each, measure), i) for i, each in enumerate(standings) if each.completed]
         ranked = sorted((value, i) for value, i in known if value is not None)
-        if len(ranked) > 1 and ranked[0][0] < ranked[1][0]:
+        if len(ranked) > 1 and not kind.ties(ranked[0][0], ranked[1][0]):
             places[measure] = ranked[0][1]
     return places
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-from nhtrack.analysis.events import Event
+from nhtrack.analysis.event import Event
 from nhtrack.errors import SimulationDiverged
 from nhtrack.recording import Recording
 from nhtrack.views import drawn_by

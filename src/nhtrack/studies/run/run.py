@@ -14,7 +14,8 @@ import numpy as np
 
 from nhtrack.analysis.beforehand import beforehand, beforehand_of_law
 from nhtrack.analysis.demand import predictions
-from nhtrack.analysis.events import find_events, sentences
+from nhtrack.analysis.event import sentences
+from nhtrack.analysis.events import find_events
 from nhtrack.analysis.metrics import summary
 from nhtrack.config.changes import ScenarioChanges, overrides_of
 from nhtrack.config.scenario import Scenario
@@ -231,7 +232,10 @@ def _roll(
 def recorded_bytes(experiment: Experiment) -> int:
     """Returns how many bytes the rows of a run and of its twin take."""
     robots = len(experiment.network)
-    rows = Shape(len(experiment.inputs), 1, robots, True, 0, (robots, _COORDINATES), 0.0, 0.0, experiment.every)
+    touch = experiment.scene.robot_contact
+    rows = Shape(
+        len(experiment.inputs), 1, robots, True, 0, (robots, _COORDINATES), 0.0, 0.0, experiment.every, touch
+    )
     return 2 * rows.row_bytes * rows.total
 
 

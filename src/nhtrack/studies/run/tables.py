@@ -77,8 +77,15 @@ def _robots_table(summary: dict[str, Any]) -> ResultTable:
         ("robot", "path", "gap RMS", "gap max", "friction used", "torque at limit"),
         tuple(TableRow((name, *row_of(figures, _ON_WHEELS))) for name, figures in rows),
         frozenset({"robot"}),
-        notes=left_out,
+        notes=(*_compared(summary["twin_compared_until"]), *left_out),
     )
+
+
+def _compared(until: float | None) -> tuple[str, ...]:
+    """Returns the note of a table that has gaps to ideal twins up to a time [s] only."""
+    if until is None:
+        return ()
+    return (f"gaps are until {seconds(until)}, when robots first touched: ideal twins pass through",)
 
 
 def _worst(rows: dict[str, Any], figure: str, called: str) -> tuple[list[tuple[str, Any]], tuple[str, ...]]:
@@ -94,7 +101,7 @@ def _events_table(events: list[dict[str, Any]]) -> ResultTable:
         TableRow(
             (
                 event["kind"],
-                event["robot"],
+                _who(event),
                 event["wheel"] or "-",
                 seconds(event["start"]),
                 seconds(event["end"]),
@@ -107,6 +114,11 @@ def _events_table(events: list[dict[str, Any]]) -> ResultTable:
     headings = ("event", "robot", "wheel", "from", "to", "how bad")
     words = frozenset({"event", "robot", "wheel", "how bad"})
     return ResultTable("What went wrong on wheels", headings, rows, words, notes=more)
+
+
+def _who(event: dict[str, Any]) -> str:
+    """Returns whom an event is of."""
+    return f"{event['robot']}, {event['touch']['other']}" if event["touch"] else str(event["robot"])
 
 
 def _how_bad(event: dict[str, Any]) -> str:

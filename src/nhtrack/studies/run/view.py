@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from nhtrack.analysis.events import Event, find_events, sentences
+from nhtrack.analysis.event import Event, sentences
+from nhtrack.analysis.events import find_events
 from nhtrack.analysis.metrics import summary as figures_of
 from nhtrack.errors import RecordingError, RenderError
 from nhtrack.plots.figures.errors import errors

@@ -1,0 +1,42 @@
+"""Robots that touched each other: who, whom, when, for how long and how hard."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from nhtrack.analysis.event import Event, Touch
+from nhtrack.analysis.spells import begins, joined_spells
+from nhtrack.recording import Recording
+
+
+def touches(recording: Recording) -> Iterator[Event]:
+    """Yields the contacts of a run, pair by pair; those less than `nhtrack.analysis.spells.GAP` apart are one event.
+
+    Its measure is the largest speed at which the hulls closed in, along the normal of their contact; it begins and ends
+    with the rows in which there was contact.
+    """
+    if "touch" not in recording.dataset:
+        return
+    table, time = recording["touch"].values, recording.time
+    row, robot, slot = np.nonzero(np.isfinite(table[..., 0]))
+    noted = table[row, robot, slot]
+    pairs = np.sort(np.stack([robot, noted[:, 0].astype(int)], axis=-1), axis=-1)
+    for pair in np.unique(pairs, axis=0):
+        its = (pairs == pair).all(axis=-1)
+        yield from _events(recording, pair, row[its], noted[its], begins(time))
+
+
+def _events(
+    recording: Recording, pair: np.ndarray, row: np.ndarray, noted: np.ndarray, begin: np.ndarray
+) -> Iterator[Event]:
+    """Yields the events of a pair that touched in rows, shape (k,), as was noted there, shape (k, components)."""
+    time, (one, other) = recording.time, (recording.robots[place] for place in pair)
+    holds = np.zeros(len(time), dtype=bool)
+    holds[row] = True
+    for rows in joined_spells(holds, time):
+        _, seconds, impulse, closing, overlap = noted[(row >= rows.start) & (row < rows.stop)].T
+        touch = Touch(other, float(seconds.sum()), float(impulse.sum()), float(overlap.max()))
+        span = float(begin[rows.start]), float(time[rows.stop - 1])
+        yield Event("touched", one, None, *span, "closing speed", float(closing.max()), "m/s", touch)
