@@ -30,7 +30,6 @@ FIGURES: Mapping[str, str] = {
     "settling": "Share of starts that have settled by a time",
     "late_errors": "Largest late errors, a panel for each law",
     "start_map_universal": "Where followers of `universal` start, and how long until they settle",
-    "start_map_agile": "Where followers of `agile` start, and how long until they settle",
 }
 MANY_LAWS = 3  # so many are first compared, and their figures one by one are folded away
 BACKENDS = {"ideal": "Ideal model", "mujoco": "Wheels in MuJoCo"}

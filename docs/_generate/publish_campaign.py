@@ -18,7 +18,7 @@ from nhtrack.studies.campaign.grids import grid_labels
 from nhtrack.studies.campaign.plots import save_campaign_figures
 
 CAMPAIGNS = Path(__file__).resolve().parents[1] / "campaigns"
-FIGURES = ("share_map", "settling", "late_errors", "start_map_universal", "start_map_agile")
+FIGURES = ("share_map", "settling", "late_errors", "start_map_universal")
 SCALE, COLOURS = 5 / 8, 256  # of pictures: small enough to be kept, and still sharp on a page
 
 

@@ -120,7 +120,7 @@ def test_a_common_time_scale_is_told_and_warnings_that_do_not_fit_are_counted(
         (("case.yaml", "samson", "--tune", "4"), 2, "8"),
         (("case.yaml", "samson", "--tune", "16", "--objective", "lat"), 2, "did you mean 'late'?"),
         (("case.yaml", "samson", "--objective", "late"), 2, "add --tune N"),
-        (("case.yaml", "none.nc"), 1, "none.nc: no such recording"),
+        (("case.yaml", "none.nc"), 2, "none.nc: no such recording"),
         (("case.yaml", "samson", "--out", "."), 1, "exists already; choose another --out, or --force"),
         (("case.yaml", "samson", "--set", "physics.friction=0", "--set", "similarity.time=auto"), 2, "infeasible: "),
     ],
