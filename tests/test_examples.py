@@ -23,10 +23,10 @@ FILES = [(page, path) for page, paths in PAGES.items() for path in paths]
 # What each script prints of what it claims.
 PRINTED = {
     "quickstart": r"0\.000\d m from the leader, \d\.\de-0[78] m from the ideal twin",
-    "run_a_scenario": r"friction used: \d\d\.\d%\nthe same run: True\n.*hello\.yaml: law\.kp: expected a number, "
-    r"got the text 'much'",
+    "run_a_scenario": r"friction used: \d\d\.\d%\nleader: the 12 s of the run .*\nthe same run: True\n"
+    r".*hello\.yaml: law\.kp: expected a number, got the text 'much'",
     "compare_laws": r"published: \d+ mm late, .*\nsamson: .*\nkanayama: .*\n\{'k_x': ",
-    "tune_gains": r"cost 0\.1\d+ -> 0\.0\d+\nname='published' kp=",
+    "tune_gains": r"cost 0\.1\d+ -> 0\.0\d+\nname='published' delay_periods=0 kp=",
     "run_a_campaign": r"universal +rest +8 +8 +0\.6755\d+ +1\.0",
     "check_feasibility": r"^Fits at .*\nDoes not fit at .*\nfriction used: (69\.\d|70\.0)%",
     "inspect_a_robot": r"1\.00173 kg on wheels of 33 mm\nat most 0\.\d+ m/s and \d\.\d+ rad/s\n\{'part': 'geometry'",

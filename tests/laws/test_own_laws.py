@@ -348,7 +348,7 @@ for law in ("{{name: bad}}", "{{name: goood}}"):
     command_line = [sys.executable, "-B", "-W", "error", "-c", script]
     done = subprocess.run(command_line, capture_output=True, text=True, check=True, env=environment)
     good, bad, unknown = done.stdout.splitlines()
-    assert good == "{'name': 'good', 'k': 3.0} [[3.0, 1.0]] False None"
+    assert good == "{'name': 'good', 'delay_periods': 0, 'k': 3.0} [[3.0, 1.0]] False None"
     assert "bad.py:1: no function `command`" in bad
     assert "did you mean 'good'" in unknown
 

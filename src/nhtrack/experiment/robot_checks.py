@@ -98,7 +98,8 @@ def _findings(effects: tuple[Effect, ...], robot: RobotSection, at: Path) -> Ite
 
         return read_sound_robot(SceneSpec(("robot",), robot.file, hints=robot.hints, effects=effects)).plant
 
-    if is_robot_file(robot.file) or robot.hints != Hints():
+    own = is_robot_file(robot.file) or robot.hints != Hints()
+    if own:
         try:
             plant()
         except RobotError as error:
@@ -107,8 +108,10 @@ def _findings(effects: tuple[Effect, ...], robot: RobotSection, at: Path) -> Ite
     for effect in effects:
         try:
             found = list(effect.findings(Setting(effects, plant)))
-        except RobotError:
-            continue  # told above; bundled robots can be read
+        except RobotError as error:
+            if effect.weighs and not own:  # else told above; bundled robots can be read, but not with any inertia
+                yield ("physics", effect.key), "; ".join(str(error).splitlines())
+            continue
         yield from ((("physics", effect.key, *path), message) for path, message in found)
 
 
