@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+import itertools
 import os
 import subprocess
 import sys
-from itertools import count
 from pathlib import Path
 
 import numpy as np
@@ -75,7 +75,7 @@ def test_a_law_as_python_that_is_stopped_leaves_the_rows_before(
     as_python: LawKind, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Machine code calls it, which goes on after what it raises."""
-    calls, call_law = count(), address.call_law
+    calls, call_law = itertools.count(), address.call_law
 
     def stopped(*given: object) -> tuple[float, ...]:
         if next(calls) == 50:

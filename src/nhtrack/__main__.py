@@ -34,7 +34,7 @@ def _end(code: int | str | None) -> NoReturn:
         code = code or 1
     except OSError as error:
         code = code or 1
-        sys.stderr.write(f"error: cannot write what there is to say: {error.strerror}\n")
+        sys.stderr.write(f"error: cannot write the output: {error.strerror}\n")
     sys.stderr.flush()
     os._exit(code or 0)
 

@@ -6,6 +6,8 @@ that diverged; 130 interrupted by the user.
 
 from __future__ import annotations
 
+import errno
+import os
 import warnings
 from typing import Annotated, Any, NoReturn
 
@@ -21,9 +23,11 @@ from nhtrack.errors import (
     RobotError,
     ScenarioError,
     SimulationDiverged,
+    WriteError,
 )
 from nhtrack.terminal.stopping import is_lost
 
+_FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)  # what a disk says that takes no more
 EXIT_ERROR, EXIT_SCENARIO, EXIT_DIVERGED, EXIT_INTERRUPTED = 1, 2, 3, 130
 
 
@@ -51,6 +55,8 @@ class Commands(TyperGroup):
             raise  # the reader of our output left: typer ends quietly
         except (NhtrackError, OSError, KeyboardInterrupt) as stopped:
             said, code = next((said, code) for kind, said, code in _ENDS if isinstance(stopped, kind))
+            if isinstance(stopped, OSError) and stopped.filename is None and stopped.errno in _FULL:
+                stopped = WriteError(f"cannot write the output: {os.strerror(stopped.errno)}")
             fail("; ".join([said.format(stopped), *getattr(stopped, "__notes__", ())]), code)
         except typer.Exit:
             raise
