@@ -9,7 +9,7 @@ import pytest
 
 _ASKED = """\
 import signal, sys, time, weakref
-from nhtrack.terminal.stopping import is_lost, listen
+from nhtrack.terminal.stopping import comes_of_interruption, listen
 
 listen()
 
@@ -24,12 +24,16 @@ if {lost}:
     kept = weakref.ref(thing, stop)
 try:
     del thing
-    assert {lost} == is_lost()
+    assert {lost} == comes_of_interruption(ValueError())
     if not {lost}:
         stop(None)
     time.sleep(60)
 except KeyboardInterrupt:
-    print("heard" if not is_lost() else "lost")
+    assert not comes_of_interruption(None)
+    try:
+        raise ImportError("initialization failed")
+    except ImportError as made_of_it:
+        print("heard" if comes_of_interruption(made_of_it) else "taken for something else")
 """
 
 

@@ -25,7 +25,7 @@ from nhtrack.errors import (
     SimulationDiverged,
     WriteError,
 )
-from nhtrack.terminal.stopping import is_lost
+from nhtrack.terminal.stopping import comes_of_interruption
 
 _FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)  # what a disk says that takes no more
 EXIT_ERROR, EXIT_SCENARIO, EXIT_DIVERGED, EXIT_INTERRUPTED = 1, 2, 3, 130
@@ -53,17 +53,18 @@ class Commands(TyperGroup):
             return super().invoke(ctx)
         except BrokenPipeError:
             raise  # the reader of our output left: typer ends quietly
-        except (NhtrackError, OSError, KeyboardInterrupt) as stopped:
-            said, code = next((said, code) for kind, said, code in _ENDS if isinstance(stopped, kind))
-            if isinstance(stopped, OSError) and stopped.filename is None and stopped.errno in _FULL:
-                stopped = WriteError(f"cannot write the output: {os.strerror(stopped.errno)}")
-            fail("; ".join([said.format(stopped), *getattr(stopped, "__notes__", ())]), code)
         except typer.Exit:
             raise
-        except Exception:
-            if not is_lost():
+        except (Exception, KeyboardInterrupt) as stopped:
+            notes = getattr(stopped, "__notes__", ())
+            if comes_of_interruption(stopped):
+                stopped = KeyboardInterrupt()
+            elif isinstance(stopped, OSError) and stopped.filename is None and stopped.errno in _FULL:
+                stopped = WriteError(f"cannot write the output: {os.strerror(stopped.errno)}")
+            elif not isinstance(stopped, NhtrackError | OSError):
                 raise
-            fail("interrupted", EXIT_INTERRUPTED)
+            said, code = next((said, code) for kind, said, code in _ENDS if isinstance(stopped, kind))
+            fail("; ".join([said.format(stopped), *notes]), code)
 
 
 # What a command that is stopped says, and its exit code; the first that fits.

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from sys import UnraisableHookArgs
 
-__all__ = ["is_lost", "listen"]
+__all__ = ["comes_of_interruption", "listen"]
 
 _AGAIN = signal.SIGALRM  # what interrupts where the first could not
 _ASKING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, _AGAIN)
@@ -28,9 +28,11 @@ def listen() -> None:
     sys.unraisablehook = _interrupt_again
 
 
-def is_lost() -> bool:
-    """Returns whether an interruption was lost and not yet tried again: what then fails may fail for that."""
-    return _lost
+def comes_of_interruption(error: BaseException | None) -> bool:
+    """Returns whether an error is an interruption, or what machine code made of one or of one that it lost."""
+    while error is not None and not isinstance(error, KeyboardInterrupt):
+        error = error.__cause__ or error.__context__
+    return _lost or error is not None
 
 
 def _interrupt(number: int, frame: FrameType | None) -> None:
