@@ -172,6 +172,7 @@ def test_init_writes_a_scenario_that_runs_under_its_own_name(tmp_path: Path) -> 
     assert (tmp_path / "mine.yaml").read_text().count("#") > 10
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("overrides", "told"),
     [

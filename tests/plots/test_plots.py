@@ -118,6 +118,7 @@ def test_panels_stand_at_the_fractions():
         assert len(leader) == last + 1
 
 
+@pytest.mark.slow
 def test_a_scaled_scenario_says_what_its_metre_and_its_second_are():
     figures = {draw: draw(synthetic_recording(1, samples=51)) for draw in (trajectories, errors, gap)}
     for figure in figures.values():

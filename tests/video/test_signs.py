@@ -184,6 +184,7 @@ def marks(scene, line, frame: int, distance: float = 1.0) -> list[dict]:
     return found
 
 
+@pytest.mark.slow
 def test_skid_marks_appear_when_they_are_made():
     scene, line, _ = film(parted())
     points = np.array([[0.0, 0.0], [0.1, 0.0]])
