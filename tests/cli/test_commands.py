@@ -10,20 +10,15 @@ from types import ModuleType, SimpleNamespace
 from typing import Any
 
 import pytest
-from typer.testing import CliRunner, Result
 
 import nhtrack
+from commands import invoke
 from nhtrack import assets
-from nhtrack.cli import app
 from nhtrack.config.tree import parse_yaml
 from nhtrack.errors import RobotError, SimulationDiverged
 from nhtrack.experiment.load import load
 from nhtrack.recording import Recording
 from nhtrack.references import MotionInput
-
-
-def invoke(*arguments: object) -> Result:
-    return CliRunner().invoke(app, [str(argument) for argument in arguments])
 
 
 @pytest.fixture(autouse=True)

@@ -6,9 +6,8 @@ import json
 from pathlib import Path
 
 import pytest
-from typer.testing import CliRunner, Result
 
-from nhtrack.cli import app
+from commands import invoke
 from nhtrack.experiment.load import load
 from nhtrack.recording import Recording
 
@@ -27,10 +26,6 @@ followers:
 # Gains by hand.
 law: {name: published, kp: 4, kd: 6, ke: 1, k: 5}   # above the bounds
 """
-
-
-def invoke(*arguments: object) -> Result:
-    return CliRunner().invoke(app, [str(argument) for argument in arguments])
 
 
 @pytest.fixture(autouse=True)

@@ -13,11 +13,10 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
-from typer.testing import CliRunner, Result
 
 import nhtrack
+from commands import invoke
 from nhtrack import assets
-from nhtrack.cli import app
 from nhtrack.config.changes import overrides_of
 from nhtrack.errors import RenderError
 from nhtrack.files.folder import OutputError
@@ -55,10 +54,6 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.chdir(tmp_path)
     (tmp_path / "case.yaml").write_text(CASE)
     return tmp_path
-
-
-def invoke(*arguments: object) -> Result:
-    return CliRunner().invoke(app, [str(argument) for argument in arguments])
 
 
 def same(one: Any, other: Any) -> bool:
