@@ -52,7 +52,7 @@ def compile_once(stage: Callable[[str], Callable[[int, int], None]] | None) -> N
 
 
 def _ideal() -> None:
-    _run(IdealSimulation(_NAMES, None, _DT))
+    _run(IdealSimulation(_NAMES, make_scene(SceneSpec(_NAMES)).drive, _DT))
 
 
 def _wheels() -> None:
