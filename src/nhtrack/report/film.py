@@ -16,6 +16,8 @@ _CAMERAS = {
     "split": "The camera follows and frames all robots, beside their errors",
 }
 
+_WIDE = 1.5  # width over height from which a film has its row for itself
+
 
 @dataclass(frozen=True)
 class Film:
@@ -25,11 +27,13 @@ class Film:
         base64: the MP4 file.
         speed: seconds of the robot per second of film; None where the file does not tell how long it lasts.
         caption: how it was filmed.
+        wide: whether it is so wide that nothing fits beside it.
     """
 
     base64: str
     speed: float | None
     caption: str
+    wide: bool
 
 
 def read_film(path: Path, recording: Recording) -> Film:
@@ -41,7 +45,7 @@ def read_film(path: Path, recording: Recording) -> Film:
     """
     content, wanted = path.read_bytes(), recording.scenario.video
     speed = wanted.speed or _speed(content, recording, wanted.fps)
-    return Film(base64.b64encode(content).decode(), speed, _caption(speed, wanted.camera))
+    return Film(base64.b64encode(content).decode(), speed, _caption(speed, wanted.camera), wanted.size[0] >= _WIDE * wanted.size[1])
 
 
 def duration_of(content: bytes) -> float | None:
@@ -72,7 +76,7 @@ def _caption(speed: float | None, camera: str) -> str:
     seen = _CAMERAS[camera]
     if speed is None:
         return f"{seen}."
-    return f"{seen}; {_pace(speed)}. It moves with the time of the plots, and they move with it."
+    return f"{seen}; {_pace(speed)}. It moves with the time of the plots."
 
 
 def _pace(speed: float) -> str:
