@@ -16,8 +16,6 @@ _CAMERAS = {
     "split": "The camera follows and frames all robots, beside their errors",
 }
 
-_WIDE = 1.5  # width over height from which a film has its row for itself
-
 
 @dataclass(frozen=True)
 class Film:
@@ -27,13 +25,13 @@ class Film:
         base64: the MP4 file.
         speed: seconds of the robot per second of film; None where the file does not tell how long it lasts.
         caption: how it was filmed.
-        wide: whether it is so wide that nothing fits beside it.
+        ratio: width over height of its pictures.
     """
 
     base64: str
     speed: float | None
     caption: str
-    wide: bool
+    ratio: float
 
 
 def read_film(path: Path, recording: Recording) -> Film:
@@ -45,7 +43,9 @@ def read_film(path: Path, recording: Recording) -> Film:
     """
     content, wanted = path.read_bytes(), recording.scenario.video
     speed = wanted.speed or _speed(content, recording, wanted.fps)
-    return Film(base64.b64encode(content).decode(), speed, _caption(speed, wanted.camera), wanted.size[0] >= _WIDE * wanted.size[1])
+    width, height = wanted.size
+    encoded = base64.b64encode(content).decode()
+    return Film(encoded, speed, _caption(speed, wanted.camera), round(width / height, 4))
 
 
 def duration_of(content: bytes) -> float | None:

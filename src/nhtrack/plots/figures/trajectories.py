@@ -193,7 +193,8 @@ def _write_names(axes: Axes, recording: Recording, patches: Mapping[str, Path], 
     named = recording.robots[:1] if crowded else recording.robots
     paths = {name: Path(shown[:, place : place + 1], robot_colour(place)) for place, name in enumerate(named)}
     outlines = dart_outlines(axes, np.concatenate([pose[0], pose[-1]]), _DART)
-    name_paths(axes, paths | dict(patches), [outlines, *([arrow] if arrow.size else []), *([shown[:, 1:]] if crowded else [])])
+    nameless = [outlines, *([arrow] if arrow.size else []), *([shown[:, 1:]] if crowded else [])]
+    name_paths(axes, paths | dict(patches), nameless)
 
 
 def _write_notes(figure: Figure, recording: Recording, twin: np.ndarray | None, more: Sequence[str]) -> float:

@@ -56,6 +56,7 @@ function haltFilm() {
 function listenToFilm() {
   film?.addEventListener('click', () => setPlaying(!state.playing));
   film?.addEventListener('loadedmetadata', seekFilm);
+  if (film?.readyState > 0) seekFilm();
   film?.addEventListener('seeked', () => {
     if (jump.due) seekFilm();
   });

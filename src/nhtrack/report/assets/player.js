@@ -166,6 +166,7 @@ async function draw() {
     await pause();
     await Plotly.newPlot(panel.div, panelTraces(panel), panelLayout(panel), PANEL_CONFIG);
     panel.names = makeNames(panel);
+    placeNames(panel);
     panel.cursor = makeCursor(panel.div);
     followZoom(panel);
     placeCursor(panel, frames.time[state.frame]);
