@@ -146,11 +146,8 @@ class Overlay:
         if self._groups:
             return self._group_errors(frame)
         if distance.size <= _NAMED:
-            names = self._recording.robots[1:]
-            return [
-                (f"{name}  {value}", self._colour(place))
-                for place, (name, value) in enumerate(zip(names, running_lengths(distance.tolist()), strict=True), start=1)
-            ]
+            told = zip(self._recording.robots[1:], running_lengths(distance.tolist()), strict=True)
+            return [(f"{name}  {value}", self._colour(place)) for place, (name, value) in enumerate(told, start=1)]
         middle, worst = running_lengths([float(np.median(distance)), float(np.max(distance))])
         return [
             (f"{distance.size} followers", GREY),
