@@ -88,6 +88,8 @@ def test_tune_prints_gains_and_the_search_and_writes_nothing(file: Path) -> None
     for words in ("kp", "kd", "ke", "before", "found", "late heading error", "cost"):
         assert words in result.stdout
     assert "objective late, 8 candidates in 1 generation, seed 5, friction margin 0.7" in result.stdout
+    assert "to keep these gains: the same command with --write" in result.stdout
+    assert "law: {name: published, kp: " in result.stdout
     assert file.read_text() == CASE
     assert list(file.parent.iterdir()) == [file]
 
