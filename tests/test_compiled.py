@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import os
 import subprocess
 import sys
@@ -16,7 +17,7 @@ from nhtrack.experiment.followers import begin_followers
 from nhtrack.experiment.kernels import run_ideal
 from nhtrack.experiment.load import load
 from nhtrack.experiment.loop import FullRecorder, Rollout, rollout, run_loop
-from nhtrack.laws import LawKind, law_in
+from nhtrack.laws import LawKind, address, law_in
 from nhtrack.laws.address import InterpretedLawWarning
 from nhtrack.network import Network
 from nhtrack.simulation.flow import drive_flows
@@ -82,6 +83,24 @@ def test_a_law_that_raises_leaves_the_rows_before(as_python: LawKind, how: str, 
     assert len(done.time) == calls
     for name, values in done.variables.items():
         np.testing.assert_array_equal(values, whole.variables[name][:calls], err_msg=name)
+
+
+@pytest.mark.filterwarnings("ignore::nhtrack.laws.address.InterpretedLawWarning")
+def test_a_law_as_python_that_is_stopped_leaves_the_rows_before(
+    as_python: LawKind, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Machine code calls it, which goes on after what it raises."""
+    calls, call_law = itertools.count(), address.call_law
+
+    def stopped(*given: object) -> tuple[float, ...]:
+        if next(calls) == 50:
+            raise KeyboardInterrupt
+        return call_law(*given)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(address, "call_law", stopped)
+    done = ran(as_python)
+    assert (done.interrupted, done.failure) == (True, None)
+    assert 0 < len(done.time) <= 50
 
 
 @pytest.mark.slow

@@ -264,6 +264,7 @@ class Runs:
         (SimulationDiverged("fell over", "follower", 1.25), 3, "diverged: fell over: robot 'follower' at t = 1.250 s"),
         (RobotError("no wheels"), 2, "error: no wheels"),
         (KeyboardInterrupt(), 130, "interrupted"),
+        (OSError(28, "No space"), 1, "error: cannot write the output: No space left on device"),
         (PermissionError(13, "Permission denied", "runs"), 1, "error: [Errno 13] Permission denied: 'runs'"),
     ],
 )
