@@ -188,7 +188,7 @@ def test_steering_to_and_fro_keeps_to_what_limits_on_turning_allow() -> None:
 # -- leaders that reverse ---------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(("period", "factor"), [(4.0, 3.43), (6.0, 2.14), (8.0, 0.94), (10.0, 0.44)])
+@pytest.mark.parametrize(("period", "factor"), [(4.0, 3.43), (8.0, 0.94)])
 def test_universal_drifts_off_a_leader_that_reverses_often_and_agile_does_not(period: float, factor: float) -> None:
     """The distance grows by a factor from reversal to reversal, however small it is: a linear instability."""
     far = reversal_distances(law_named("universal")(), period, 4, 1e-5)

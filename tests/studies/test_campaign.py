@@ -123,6 +123,7 @@ def test_random_references_keep_their_bounds_and_come_to_a_stop() -> None:
     assert stands.any(axis=0).mean() > 0.9
 
 
+@pytest.mark.slow
 def test_every_bundled_family_is_a_reference_with_its_twist(tmp_path: Path) -> None:
     campaign = case(tmp_path, "families=" + json.dumps([*FAMILIES, RANDOM]))
     speeds = {}

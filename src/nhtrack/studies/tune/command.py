@@ -52,6 +52,9 @@ def tune_command(
         with noting("the gains are those printed above"):
             save_gains(found, scenario, target, overrides)
         typer.echo(f"wrote {target}")
+    else:
+        into = "--write puts them into the file, --out FILE" if Path(scenario).is_file() else "--out FILE puts them"
+        typer.echo(f"to keep these gains: the same command with {into} into a copy; or by hand: {found.law_line}")
 
 
 def _target(scenario: str, write: bool, out: Path | None, force: bool) -> Path | None:
