@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import shutil
 import tempfile
 from collections.abc import Callable
@@ -46,9 +47,18 @@ def storage(size: int, folder: Path | None) -> Callable[[tuple[int, ...]], np.nd
         if not prod(shape):
             return np.empty(shape)
         with tempfile.TemporaryFile(dir=folder) as file:
+            _take_room(file.fileno(), np.dtype(float).itemsize * prod(shape), folder)
             return np.memmap(file, dtype=float, mode="w+", shape=shape)
 
     return in_file
+
+
+def _take_room(file: int, size: int, folder: Path) -> None:
+    """Takes room on the disk: a disk that fills up under mapped memory ends the process (SIGBUS)."""
+    try:
+        os.posix_fallocate(file, 0, size)
+    except OSError as error:
+        raise RoomError(_no_room(size, f"{folder} has no room for it: {error.strerror}")) from None
 
 
 def available_memory() -> int | None:

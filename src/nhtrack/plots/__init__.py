@@ -50,7 +50,7 @@ def draw_figures(
     found = find_events(recording) if events is None else events
     for name in names:
         draw = run_figures()[name]
-        figure = draw(recording, found) if "events" in signature(draw).parameters else draw(recording)
+        figure = draw(recording, events=found) if "events" in signature(draw).parameters else draw(recording)
         if figure is not None:
             yield name, figure
 
