@@ -115,7 +115,8 @@ def test_validate_warns_and_is_strict_if_asked(tmp_path: Path) -> None:
     warned = invoke("validate", "mine.yaml", "tour/hello")
     assert warned.exit_code == 0
     assert [line.split(":")[0] for line in warned.stdout.splitlines()] == ["mine.yaml", "tour/hello"]
-    assert warned.stderr == "mine.yaml: warning: law.k2 = 5.83333 is below 2 sqrt(k1) = 6.66667: the heading overshoots\n"
+    said = "law.k2 = 5.83333 is below 2 sqrt(k1) = 6.66667: the heading overshoots"
+    assert warned.stderr == f"mine.yaml: warning: {said}\n"
     assert invoke("validate", "--strict", "mine.yaml", "tour/hello").exit_code == 2
     assert invoke("validate", "--strict", "tour/hello").exit_code == 0
 
@@ -220,7 +221,9 @@ def test_init_tells_what_is_wrong_with_a_file_and_writes_nothing(tmp_path: Path)
     (tmp_path / "other.csv").write_text("a,b\n")
     result = invoke("init", "--path", "drive.csv")
     assert result.exit_code == 2
-    assert [line.split(": ")[0] for line in result.stderr.splitlines()] == ["drive.csv:3:3", "drive.csv:4:5"]
+    assert [line.split(": ")[0] for line in result.stderr.splitlines()] == [
+        f"drive.csv:{place}" for place in ("3:3", "4:1", "4:5")
+    ]
     other = invoke("init", "--path", "other.csv")
     assert other.exit_code == 2
     assert "other.csv:1:1: expected the columns t, x, y, theta or t, v, omega, got a, b" in other.stderr

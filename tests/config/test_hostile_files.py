@@ -180,7 +180,7 @@ def test_what_is_no_file_of_a_scenario_is_told(source: str, tmp_path: Path, monk
         (b"\xff\xfet\0,\0", "1:1"),
         (b'0,"1,1\n', "2:3"),
         (b"0,0,5,1\n", "2:7"),
-        (b"0,1,1\x0c1,1,1\n", "2:9"),
+        (b"0,1,1,1,1\n", "2:7"),
         (b"0,1,1\n5,\0,1\n", "3:3"),
         (b"0,1,0x10\n", "2:5"),
         (b"0,1e999,1\n", "2:3"),

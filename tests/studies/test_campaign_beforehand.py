@@ -48,15 +48,16 @@ def test_each_reference_beyond_a_law_or_the_robot_is_told_once(tmp_path: Path) -
     campaign = load_campaign(path)
     found = campaign_beforehand(campaign)
     assert [said.split(":")[0] for said in found] == [
-        "quick", "quick", "quick under universal", "quick under limited", "quick under limited",
+        "quick", "quick", "quick", "quick under universal", "quick under limited", "quick under limited",
     ]  # fmt: skip
     assert "a robot in the place of leader is predicted to slip" in found[0]
-    assert "exceed its motors' limits" in found[1]
-    assert "v_0 changes its sign every 0.5 s" in found[2]
-    assert "above the speed limit" in found[3]
-    assert "above the acceleration limit" in found[4]
+    assert "exceed its motors' limits: speed of its left wheel" in found[1]
+    assert "exceed its motors' limits: torque of its left wheel" in found[2]
+    assert "v_0 changes its sign every 0.5 s" in found[3]
+    assert "above the speed limit" in found[4]
+    assert "above the acceleration limit" in found[5]
     ideal = load_campaign(path, ["backend=ideal"])
-    assert campaign_beforehand(ideal) == found[2:]
+    assert campaign_beforehand(ideal) == found[3:]
 
 
 def test_of_a_law_to_be_tuned_nothing_is_said_before_its_gains_are_known(tmp_path: Path) -> None:

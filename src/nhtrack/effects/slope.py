@@ -15,7 +15,7 @@ from nhtrack.section import Section, fault, is_finite
 
 
 def _no_degrees(value: Any) -> Any:
-    if is_finite(value) and math.pi / 2 <= value < 90:
+    if is_finite(value) and 2 <= value < 90:
         raise fault(f"expected less than pi/2 rad, got {value:g}; {value:g} degrees are {math.radians(value):.4g} rad")
     return value
 
