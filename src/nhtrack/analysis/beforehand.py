@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from nhtrack.analysis.demand import root_predictions
+from nhtrack.analysis.extent import extent_of
 from nhtrack.analysis.motion import root_motion
 from nhtrack.analysis.speedup import rounded_up
 from nhtrack.config.law_sections import law_section
@@ -20,8 +21,10 @@ _ELSE = "agile"  # the law to be tried where another one has a bound
 
 
 def beforehand(scenario: Scenario, experiment: Experiment) -> tuple[str, ...]:
-    """Returns what is wrong with gains and leader, in sentences; nothing is run for it."""
-    return (*beforehand_of_law(scenario, experiment), *leader_beyond_robot(scenario, experiment))
+    """Returns what is wrong with gains and leader, and how much a large run is, in sentences; nothing is run for it."""
+    extent = extent_of(experiment, wheels=scenario.backend != "ideal").sentence
+    large = [extent] if extent else []
+    return (*beforehand_of_law(scenario, experiment), *leader_beyond_robot(scenario, experiment), *large)
 
 
 def beforehand_of_law(scenario: Scenario, experiment: Experiment) -> tuple[str, ...]:

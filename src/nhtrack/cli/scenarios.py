@@ -14,11 +14,8 @@ from nhtrack.terminal.app import EXIT_SCENARIO, app, fail
 from nhtrack.terminal.screen import screen
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from nhtrack.config.campaign import Campaign
     from nhtrack.config.scenario import Scenario
-    from nhtrack.experiment.build import Experiment
 
 
 @app.command("validate")
@@ -62,19 +59,7 @@ def _beforehand(loaded: Scenario | Campaign) -> tuple[str, ...]:
     from nhtrack.analysis.beforehand import beforehand
     from nhtrack.experiment.build import build
 
-    experiment = build(loaded)
-    return (*beforehand(loaded, experiment), *_large(experiment))
-
-
-def _large(experiment: Experiment) -> Iterator[str]:
-    """Yields that a run's rows and its twin's go to the disk, and how many there are."""
-    from nhtrack.experiment.storage import MEMORY
-    from nhtrack.studies.run.run import recorded_bytes
-
-    if (size := recorded_bytes(experiment)) > MEMORY:
-        rows = f"{len(experiment.inputs)} control periods of {len(experiment.network)} robots"
-        fewer = f"`record: {{every: {10 * experiment.every}}}` keeps a tenth"
-        yield f"{rows} are {size / 1e9:.3g} GB of rows, more than the {MEMORY / 1e9:g} GB that memory is for; {fewer}"
+    return beforehand(loaded, build(loaded))
 
 
 def _account(loaded: Scenario | Campaign) -> str:
