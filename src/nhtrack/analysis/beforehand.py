@@ -21,9 +21,9 @@ _ELSE = "agile"  # the law to be tried where another one has a bound
 
 
 def beforehand(scenario: Scenario, experiment: Experiment) -> tuple[str, ...]:
-    """Returns what is wrong with gains and leader, and how much a large run is, in sentences; nothing is run for it."""
-    extent = extent_of(experiment, wheels=scenario.backend != "ideal").sentence
-    large = [extent] if extent else []
+    """Returns what is wrong with gains and leader, and how much a very large run is, in sentences; nothing is run."""
+    extent = extent_of(experiment, wheels=scenario.backend != "ideal")
+    large = [extent.sentence] if extent.is_large else []
     return (*beforehand_of_law(scenario, experiment), *leader_beyond_robot(scenario, experiment), *large)
 
 

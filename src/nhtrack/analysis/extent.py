@@ -15,7 +15,7 @@ MEMORY = 10**8  # bytes of rows from which on they go to a file, where there may
 # Measured (docs/performance.md), to plan with: neighbours on a machine move times by half.
 _PHYSICS_STEP = 12e-6  # [s] a robot on wheels
 _PERIOD = 1.5e-6  # [s] a robot on the ideal integrator, with its law
-_BYTE = 60e-9  # [s] of a recording written, looked through and drawn
+_BYTE = 100e-9  # [s] of a recording written, looked through and drawn
 _BASE = 4e8  # [bytes] of a process that runs, reads and draws
 _PERIODS = 200  # [bytes] a control period: the leader's input, and what is looked at beforehand
 _ROWS = 400  # [bytes] a row of what is looked at of one robot
@@ -54,13 +54,18 @@ class Extent(NamedTuple):
         return _BASE + _PERIODS * self.periods + rows
 
     @property
+    def is_large(self) -> bool:
+        """Whether it is worth a warning."""
+        return self.file > _LARGE
+
+    @property
     def sentence(self) -> str:
         """What to know before it runs into a folder; empty for a run that is over soon and small."""
         if self.seconds < _NOTED and self.rows <= MEMORY:
             return ""
         memory, minutes = self.memory(in_file=self.rows > MEMORY), self.seconds / 60
         time = f"{minutes:.2g} min" if minutes < 60 else f"{minutes / 60:.2g} h"
-        fewer = f"; `record: {{every: {10 * self.every}}}` keeps a tenth" if self.file > _LARGE else ""
+        fewer = f"; `record: {{every: {10 * self.every}}}` keeps a tenth" if self.is_large else ""
         return (
             f"{self.periods} control periods of {self.robots} robots: about {time} on one core, {_gigabytes(memory)} "
             f"of memory, a recording of at most {_gigabytes(self.file)}{fewer}"

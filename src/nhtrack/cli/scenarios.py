@@ -30,7 +30,7 @@ def validate_command(
     for source in files:
         try:
             loaded = load_either(source)
-            warnings = _beforehand(loaded)
+            extent, warnings = _beforehand(loaded)
         except ScenarioError as error:
             faulty = True
             typer.echo(str(error), err=True)
@@ -38,7 +38,7 @@ def validate_command(
             faulty = True
             typer.echo(f"{source}: infeasible: {error}", err=True)
         else:
-            typer.echo(f"{source}: ok ({_account(loaded)})")
+            typer.echo(f"{source}: ok ({_account(loaded)}{extent})")
             for warning in warnings:
                 typer.echo(f"{source}: warning: {warning}", err=True)
             faulty = faulty or (strict and bool(warnings))
@@ -46,20 +46,24 @@ def validate_command(
         raise typer.Exit(EXIT_SCENARIO)
 
 
-def _beforehand(loaded: Scenario | Campaign) -> tuple[str, ...]:
-    """Returns what will go wrong, in sentences; nothing while a time scale is yet to be found."""
+def _beforehand(loaded: Scenario | Campaign) -> tuple[str, tuple[str, ...]]:
+    """Returns how much a run is, and what will go wrong in sentences; nothing while a time scale is yet to be found."""
     from nhtrack.config.campaign import Campaign
 
     if loaded.similarity.time == "auto":
-        return ()
+        return "", ()
     if isinstance(loaded, Campaign):
         from nhtrack.studies.campaign.beforehand import campaign_beforehand
 
-        return campaign_beforehand(loaded)
+        return "", campaign_beforehand(loaded)
     from nhtrack.analysis.beforehand import beforehand
+    from nhtrack.analysis.extent import extent_of
     from nhtrack.experiment.build import build
 
-    return beforehand(loaded, build(loaded))
+    experiment = build(loaded)
+    extent = extent_of(experiment, wheels=loaded.backend != "ideal")
+    known = extent.sentence and not extent.is_large  # else it is a warning
+    return f"; {extent.sentence}" if known else "", beforehand(loaded, experiment)
 
 
 def _account(loaded: Scenario | Campaign) -> str:

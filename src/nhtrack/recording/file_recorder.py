@@ -12,8 +12,9 @@ from nhtrack.arrays import CHUNK
 from nhtrack.experiment.recorder import Shape, kept_of
 from nhtrack.experiment.rows import Rows
 from nhtrack.files.appended import AppendedDataset
+from nhtrack.recording.making import make_recording, plain_attributes
 from nhtrack.recording.reading import reopened
-from nhtrack.recording.recording import Recording, make_recording, plain_attributes
+from nhtrack.recording.recording import Recording
 
 _BUFFER = 2**24  # bytes of rows that are written together
 

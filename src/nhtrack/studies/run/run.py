@@ -17,7 +17,7 @@ from nhtrack.analysis.beforehand import beforehand, beforehand_of_law
 from nhtrack.analysis.demand import predictions
 from nhtrack.analysis.event import sentences
 from nhtrack.analysis.events import find_events
-from nhtrack.analysis.extent import extent_of, require_room
+from nhtrack.analysis.extent import Extent, extent_of, require_room
 from nhtrack.analysis.metrics import summary
 from nhtrack.arrays import row_blocks
 from nhtrack.config.changes import ScenarioChanges, overrides_of
@@ -123,9 +123,10 @@ def simulate(
     if scenario.similarity.time == "auto":
         scenario = with_time(scenario, stage("time scale") if stage is not None else None, robot)
     experiment = build(scenario, robot)
-    keeping = _keeping(scenario, experiment, folder)
+    extent = extent_of(experiment, wheels=scenario.backend != "ideal")
+    keeping = _keeping(scenario, experiment, extent, folder)
     if tell is not None:
-        for warning in beforehand(scenario, experiment):
+        for warning in dict.fromkeys((*beforehand(scenario, experiment), *filter(None, [extent.sentence]))):
             tell(warning)
     drive, size = robot.plant, experiment.size
     ideal = IdealSimulation(experiment.network.names, drive, experiment.dt, experiment.scene.ground, size=size)
@@ -219,10 +220,10 @@ def run_warnings(scenario: Scenario, experiment: Experiment, twin: Rollout, driv
     return (*found, *predictions(scenario, experiment, twin, drive))
 
 
-def _keeping(scenario: Scenario, experiment: Experiment, folder: Path | None) -> Keeping:
+def _keeping(scenario: Scenario, experiment: Experiment, extent: Extent, folder: Path | None) -> Keeping:
     """Returns what keeps the rows of a run, where there is room for them."""
     ideal, robots = scenario.backend == "ideal", experiment.network.names
-    if require_room(extent_of(experiment, wheels=not ideal), folder) and folder is not None:
+    if require_room(extent, folder) and folder is not None:
         return InFile(robots, folder, ideal=ideal)
     return InMemory(robots)
 
