@@ -8,6 +8,8 @@ APT    := DEBIAN_FRONTEND=noninteractive apt-get -qq -o Dpkg::Use-Pty=0 >/dev/nu
 INPUTS := pyproject.toml constraints.txt
 # A process for each core; a file's tests stay together, because they share what is slow to make.
 PARALLEL := -n logical --dist loadfile
+# Every worker of pytest and every command that a test starts would read all sources anew.
+unexport PYTHONDONTWRITEBYTECODE
 
 # A stamp is newer than what it was made from as long as nothing there has changed.
 RUNTIME := $(VENV)/.nhtrack-setup
@@ -32,25 +34,29 @@ OSMESA_PACKAGES := libosmesa6
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help demo test check fuzz coverage bench docs site gallery clean
+.PHONY: help setup demo test check lint fuzz coverage bench docs site gallery clean
 
 help:  ## list these commands
 	@sed -n 's/^\([a-z]*\):.*## \(.*\)/  make \1\t\2/p' Makefile | expand -t 16
+
+setup: $(DEV) $(GL) $(BROWSER)  ## all that the other commands install into .venv
 
 demo: $(RUNTIME) $(GL)  ## set up, run the paper's first example on wheels, say where its results are
 	@$(compile)
 	@$(BIN)/nhtrack run paper/example1
 
-test: $(DEV) $(GL) $(BROWSER)  ## set up and run the whole test suite
+test: setup  ## set up and run the whole test suite
 	@$(compile)
 	@$(BIN)/python -m pytest -q $(PARALLEL) --durations=10
 
-check: $(DEV)  ## lint, types, import rules and the fast tests
+check: lint  ## lint, types, import rules and the fast tests
 	@$(compile)
+	@$(BIN)/python -m pytest -q $(PARALLEL) -m "not slow"
+
+lint: $(DEV)  ## lint, types and import rules
 	@$(BIN)/ruff check --quiet
 	@$(BIN)/mypy --no-error-summary
 	@$(BIN)/lint-imports --no-logo >$(VENV)/lint-imports.txt || { cat $(VENV)/lint-imports.txt; exit 1; }
-	@$(BIN)/python -m pytest -q $(PARALLEL) -m "not slow"
 
 fuzz: $(DEV)  ## judge N=1000 changed files of all kinds, of SEED=... (by default a fresh one)
 	@$(BIN)/python -W error tests/fuzz/mutants.py --count $(or $(N),1000) $(if $(SEED),--seed $(SEED))

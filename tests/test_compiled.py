@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import os
 import subprocess
 import sys
@@ -12,11 +13,14 @@ import pytest
 
 from nhtrack import compiled
 from nhtrack.experiment.build import build
+from nhtrack.experiment.followers import begin_followers
+from nhtrack.experiment.kernels import run_ideal
 from nhtrack.experiment.load import load
 from nhtrack.experiment.loop import FullRecorder, Rollout, rollout, run_loop
-from nhtrack.laws import LawKind, law_in
+from nhtrack.laws import LawKind, address, law_in
 from nhtrack.laws.address import InterpretedLawWarning
 from nhtrack.network import Network
+from nhtrack.simulation.flow import drive_flows
 from nhtrack.simulation.ideal import IdealSimulation
 from nhtrack.simulation.mujoco import MujocoSimulation
 from nhtrack.simulation.scene import stepped_scene
@@ -52,6 +56,18 @@ def test_a_law_as_python_does_what_it_does_compiled_and_says_so_once(as_python: 
             np.testing.assert_array_equal(done.variables[name], values, err_msg=name)
 
 
+def test_memory_of_any_order_is_run_by_the_code_there_is() -> None:
+    """Starts and inputs that are views, in another order or not to be written to: what is compiled is compiled once."""
+    begin, inputs = State(0.0, np.zeros((3, 3)), np.zeros((3, 3))), np.zeros((3, 2))
+    several = State(0.0, np.broadcast_to(begin.g, (2, 3, 3)), np.zeros((3, 3, 2)).T)
+    inputs.flags.writeable = False
+    simulation = IdealSimulation(CHAIN.names, None, DT)
+    for start, root in ((begin, inputs), (several, np.broadcast_to(inputs[:, None], (3, 2, 2)))):
+        rollout(simulation, ECHO(), CHAIN, root, start)
+        simulation.drive_by(np.zeros((1, *start.g.shape[:-1], 2)[::-1]).T)
+    assert [len(each.signatures) for each in (begin_followers, run_ideal, drive_flows)] == [1, 1, 1]
+
+
 @pytest.mark.slow
 @pytest.mark.filterwarnings("ignore::nhtrack.laws.address.InterpretedLawWarning")
 @pytest.mark.parametrize("how", ["compiled", "as Python"])
@@ -67,6 +83,24 @@ def test_a_law_that_raises_leaves_the_rows_before(as_python: LawKind, how: str, 
     assert len(done.time) == calls
     for name, values in done.variables.items():
         np.testing.assert_array_equal(values, whole.variables[name][:calls], err_msg=name)
+
+
+@pytest.mark.filterwarnings("ignore::nhtrack.laws.address.InterpretedLawWarning")
+def test_a_law_as_python_that_is_stopped_leaves_the_rows_before(
+    as_python: LawKind, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Machine code calls it, which goes on after what it raises."""
+    calls, call_law = itertools.count(), address.call_law
+
+    def stopped(*given: object) -> tuple[float, ...]:
+        if next(calls) == 50:
+            raise KeyboardInterrupt
+        return call_law(*given)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(address, "call_law", stopped)
+    done = ran(as_python)
+    assert (done.interrupted, done.failure) == (True, None)
+    assert 0 < len(done.time) <= 50
 
 
 @pytest.mark.slow

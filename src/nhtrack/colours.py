@@ -10,6 +10,7 @@ __all__ = [
     "INK",
     "PAPER",
     "ROOT",
+    "TOUCH",
     "UTILISATION",
     "ink_on",
     "rgb",
@@ -29,6 +30,9 @@ _BROKEN = ((), (4.0, 1.6), (1.3, 1.3), (4.0, 1.4, 1.2, 1.4), (8.0, 1.8))
 
 # Patches of the floor with less and with more friction than the rest.
 ICE, GRIP = "#9ED1F2", "#736154"
+
+# Where robots touch each other.
+TOUCH = "#A3003F"
 
 # A wheel's tyre as it uses more of its friction: from its own near black by these to the last, at its limit.
 UTILISATION = ("#7A1F5C", "#E8663C", "#FFE64D")

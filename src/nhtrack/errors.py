@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -31,8 +32,22 @@ class RenderError(NhtrackError):
     """A picture or film that cannot be made, with what is missing."""
 
 
+class WriteError(NhtrackError):
+    """A file that could not be written; what had its name before still has it."""
+
+
 class FeasibilityError(NhtrackError):
     """A scenario that no time scale makes feasible for its robots; names robot, time and quantity."""
+
+
+@contextmanager
+def noting(note: str) -> Iterator[None]:
+    """Lets what stops the work within say what is kept of it, and how to go on."""
+    try:
+        yield
+    except (WriteError, OSError, KeyboardInterrupt) as stopped:
+        stopped.add_note(note)
+        raise
 
 
 class SimulationDiverged(NhtrackError):

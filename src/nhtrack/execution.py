@@ -9,11 +9,12 @@ from __future__ import annotations
 import os
 import signal
 import threading
-from collections.abc import Callable, Generator, Sequence
+from collections.abc import Callable, Generator, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
 from dataclasses import dataclass
-from multiprocessing import get_context
+from multiprocessing import get_context, resource_tracker
 from multiprocessing.connection import Connection
 from typing import Any, Protocol, TypeAlias, TypeVar
 
@@ -86,6 +87,8 @@ class Processes:
             ) from error
         finally:
             held.close()  # workers that are still at something end at once
+            for worker in list((pool._processes or {}).values()):
+                worker.kill()  # nor does anybody wait for those that are still starting
             pool.shutdown(cancel_futures=True)
             watched.close()
 
@@ -96,7 +99,8 @@ class Processes:
         begun, ahead = 0, len(tasks) if self.ahead is None else self.ahead
         while begun < len(tasks) or waiting:
             while begun < len(tasks) and begun - min(waiting.values(), default=begun) <= ahead:
-                waiting[pool.submit(work, tasks[begun])] = begun
+                with _undisturbed():
+                    waiting[pool.submit(work, tasks[begun])] = begun
                 begun += 1
             for future in wait(waiting, return_when=FIRST_COMPLETED).done:
                 yield waiting.pop(future), future.result()
@@ -107,9 +111,22 @@ def cores() -> int:
     return os.cpu_count() or 1
 
 
+@contextmanager
+def _undisturbed() -> Iterator[None]:
+    """Lets processes that are started within hear nothing that asks them to end, not even while they start.
+
+    A terminal asks all processes in it; the one that others work for says when they are to stop.
+    """
+    resource_tracker.ensure_running()  # to start it later would let this thread hear again
+    heard = signal.pthread_sigmask(signal.SIG_BLOCK, (signal.SIGINT, signal.SIGTERM, signal.SIGHUP))
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, heard)
+
+
 def _begin_worker(watched: Connection, begin: Callable[..., None] | None, arguments: tuple[Any, ...]) -> None:
     """Lets a process end when the one it works for has closed its end of a pipe, or is gone."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the process it works for says when to stop
     threading.Thread(target=_end_with, args=(watched,), daemon=True).start()
     if begin is not None:
         begin(*arguments)

@@ -158,11 +158,11 @@ def _without_device(failed: Probe) -> Probe:
 def withhold() -> None:
     """Moves the user's MUJOCO_GL out of MuJoCo's sight until a picture is asked for.
 
-    MuJoCo cannot even be imported where MUJOCO_GL names a backend that is not installed; a run needs no pictures.
+    MuJoCo cannot even be imported where MUJOCO_GL names a backend that is not installed, and where it names none a
+    process is started to look for one; a run needs no pictures.
     """
-    if "MUJOCO_GL" in os.environ:
-        os.environ[WITHHELD] = os.environ["MUJOCO_GL"]
-        os.environ["MUJOCO_GL"] = "disable"
+    os.environ[WITHHELD] = os.environ.get("MUJOCO_GL", "")
+    os.environ["MUJOCO_GL"] = "disable"
 
 
 def choose_backend() -> str:

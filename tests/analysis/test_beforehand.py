@@ -34,7 +34,10 @@ def time_in(sentence: str) -> float:
     return float(found)
 
 
-@pytest.mark.parametrize("name", assets.bundled_scenarios())
+@pytest.mark.parametrize(
+    "name",
+    [pytest.param(name, marks=[pytest.mark.slow] * ("formation" in name)) for name in assets.bundled_scenarios()],
+)
 def test_of_bundled_scenarios_nothing_is_said_but_what_is_so(name: str) -> None:
     found, expected = said(load(name)), TOLD.get(name, [])
     assert len(found) == len(expected)

@@ -10,20 +10,15 @@ from types import ModuleType, SimpleNamespace
 from typing import Any
 
 import pytest
-from typer.testing import CliRunner, Result
 
 import nhtrack
+from commands import invoke
 from nhtrack import assets
-from nhtrack.cli import app
 from nhtrack.config.tree import parse_yaml
 from nhtrack.errors import RobotError, SimulationDiverged
 from nhtrack.experiment.load import load
 from nhtrack.recording import Recording
 from nhtrack.references import MotionInput
-
-
-def invoke(*arguments: object) -> Result:
-    return CliRunner().invoke(app, [str(argument) for argument in arguments])
 
 
 @pytest.fixture(autouse=True)
@@ -168,10 +163,11 @@ def test_init_writes_a_scenario_that_runs_under_its_own_name(tmp_path: Path) -> 
     assert result.exit_code == 0
     assert "nhtrack run mine.yaml" in result.stdout
     assert load("mine.yaml").name == "mine"
-    assert load("mine.yaml").law == load("tour/hello").law
+    assert load("mine.yaml").law.name == "universal"  # which arrives from everywhere
     assert (tmp_path / "mine.yaml").read_text().count("#") > 10
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("overrides", "told"),
     [
@@ -268,6 +264,7 @@ class Runs:
         (SimulationDiverged("fell over", "follower", 1.25), 3, "diverged: fell over: robot 'follower' at t = 1.250 s"),
         (RobotError("no wheels"), 2, "error: no wheels"),
         (KeyboardInterrupt(), 130, "interrupted"),
+        (OSError(28, "No space"), 1, "error: cannot write the output: No space left on device"),
         (PermissionError(13, "Permission denied", "runs"), 1, "error: [Errno 13] Permission denied: 'runs'"),
     ],
 )

@@ -1,11 +1,14 @@
-"""Commands that are killed or interrupted: nobody outlives them, and what they leave is whole or gone with the next."""
+"""Commands that are killed or interrupted: nobody outlives them, and what they leave is whole or gone with the next.
+
+NHTRACK_KILLS says how often each is, and NHTRACK_KILLS_SEED at which moments.
+"""
 
 from __future__ import annotations
 
 import json
-import math
 import os
 import random
+import resource
 import signal
 import subprocess
 import sys
@@ -25,6 +28,8 @@ from nhtrack.studies.run.run import run_scenario
 pytestmark = pytest.mark.slow
 
 PATIENCE = 5.0  # [s] in which everything that worked for a command has to be gone
+ANSWER = 2.0  # [s] of a processor that a command may still take before it ends, on a machine that may be busy
+LONGEST = 5.0  # [s] of a processor after which a command is stopped, unless it has ended
 SCENARIO = """\
 name: case
 duration: 4
@@ -53,14 +58,9 @@ COMMANDS = {
     "tune": "tune case.yaml --budget 8 --out out/tuned.yaml --force",
     "campaign": "campaign campaign.yaml --out out --no-report",
 }
-# What makes them last longer than anybody waits.
-LONGER = {
-    "run": "--set duration=600",
-    "render": "--fps 100 --speed 0.1",
-    "compare": "--set duration=600",
-    "tune": "--budget 4096",
-    "campaign": "--set starts.count=20000",
-}
+HOWS = (signal.SIGINT, signal.SIGTERM, signal.SIGKILL)
+KILLS = int(os.environ.get("NHTRACK_KILLS", "3"))  # of each command
+SEED = int(os.environ.get("NHTRACK_KILLS_SEED", random.randrange(10**6)))
 WHOLE: Mapping[str, Callable[[Path], object]] = {
     ".nc": Recording.load,
     ".json": lambda path: json.loads(path.read_text()),
@@ -82,13 +82,36 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-def begin(command: str, *more: str) -> subprocess.Popen[str]:
-    """Returns a command that has begun, in a session of its own."""
+def begin(command: str, *more: str, largest: int | None = None) -> subprocess.Popen[str]:
+    """Returns a command that has begun, in a session of its own, and hears Ctrl-C however this one was begun.
+
+    Args:
+        command: one of `COMMANDS`.
+        *more: words to add.
+        largest: of the files that it may write [bytes].
+    """
+
+    def prepare() -> None:
+        signal.signal(signal.SIGINT, signal.SIG_DFL)
+        if largest is not None:
+            resource.setrlimit(resource.RLIMIT_FSIZE, (largest, largest))
+
     words = [sys.executable, "-m", "nhtrack", *COMMANDS[command].split(), *more]
-    if command == "render" and not Path("recording.nc").exists():
-        run_scenario(load("case.yaml"), Path("whole"), figures=False, video=False, report=False)
-        Path("whole/recording.nc").rename("recording.nc")
-    return subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True)
+    pipe = subprocess.PIPE
+    return subprocess.Popen(words, stdout=pipe, stderr=pipe, text=True, start_new_session=True, preexec_fn=prepare)
+
+
+def listens(process: subprocess.Popen[str]) -> bool:
+    """Returns whether a process has come as far as to hear SIGTERM; before, Python itself answers."""
+    status = Path(f"/proc/{process.pid}/status").read_text()
+    caught = next(line for line in status.splitlines() if line.startswith("SigCgt"))
+    return bool(int(caught.split()[1], 16) >> (signal.SIGTERM - 1) & 1)
+
+
+def spent(process: subprocess.Popen[str]) -> float:
+    """Returns the seconds of a processor that a process has taken."""
+    numbers = Path(f"/proc/{process.pid}/stat").read_text().rpartition(")")[2].split()
+    return sum(map(int, numbers[11:15])) / os.sysconf("SC_CLK_TCK")
 
 
 def of_session(leader: int) -> list[int]:
@@ -104,17 +127,17 @@ def of_session(leader: int) -> list[int]:
     return found
 
 
-def interrupted(process: subprocess.Popen[str], how: signal.Signals) -> str:
-    """Interrupts a command, twice if it does not hear it, and returns what it says.
-
-    Python ignores what a signal raises while something is finalised; whoever presses Ctrl-C then presses it again.
-    """
-    os.kill(process.pid, how)
-    try:
-        return process.communicate(timeout=2 * PATIENCE)[1]
-    except subprocess.TimeoutExpired:
+def stop(process: subprocess.Popen[str], how: signal.Signals) -> tuple[float, str]:
+    """Stops a command, Ctrl-C with all that works for it; returns the seconds it took to end, and what it says."""
+    before, waited = spent(process), os.times()
+    if how == signal.SIGINT:
+        os.killpg(process.pid, how)
+    else:
         os.kill(process.pid, how)
-        return process.communicate()[1]
+    said = process.communicate(timeout=20 * PATIENCE)[1]
+    now = os.times()
+    took = now.children_user + now.children_system - waited.children_user - waited.children_system - before
+    return min(took, now.elapsed - waited.elapsed), said
 
 
 def wait_for_the_last_of(leader: int) -> None:
@@ -134,28 +157,52 @@ def hidden() -> list[Path]:
     return [path for path in Path().rglob(".*")]
 
 
-def changes(process: subprocess.Popen[str], count: int, patience: float = math.inf) -> None:
-    """Waits until files have come or gone so many times, the process has ended, or so many seconds are over."""
-    before, end = files(), time.monotonic() + patience
-    while count and process.poll() is None and time.monotonic() < end:
+def reach(process: subprocess.Popen[str], changes: int, seconds: float) -> None:
+    """Waits until files have come or gone so often, a command has taken so long or has ended, and hears signals."""
+    before = files()
+    while process.poll() is None and (not listens(process) or (changes and spent(process) < seconds)):
         time.sleep(0.005)
         now = files()
-        count -= now != before
+        changes -= now != before
         before = now
 
 
-@pytest.mark.parametrize("command", COMMANDS)
-def test_what_a_killed_command_leaves(command: str) -> None:
-    moment = random.randint(1, 8)
-    print(f"killed at change {moment}")
-    process = begin(command)
-    changes(process, moment)
-    process.kill()
-    process.communicate()
-    wait_for_the_last_of(process.pid)
+def check_what_is_there() -> None:
+    """Opens every file that has a good name."""
     for file in files():
         if not any(part.startswith(".") for part in file.parts):
             WHOLE[file.suffix](file)
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_what_a_command_leaves_that_is_stopped(command: str, record_property: Callable[[str, object], None]) -> None:
+    """Stops a command time and again, at random moments, at some of them while it writes."""
+    chance = random.Random(f"{SEED} {command}")
+    print(f"NHTRACK_KILLS_SEED={SEED}")
+    if command == "render":
+        run_scenario(load("case.yaml"), Path("whole"), figures=False, video=False, report=False)
+        Path("whole/recording.nc").rename("recording.nc")
+    took = list[float]()
+    for kill in range(KILLS):
+        how, changes, seconds = HOWS[kill % len(HOWS)], chance.randint(1, 12), chance.uniform(0.2, LONGEST)
+        there, process = set(hidden()), begin(command)
+        reach(process, changes, seconds)
+        ended = process.poll() is not None
+        seconds_to_end, said = (0.0, process.communicate()[1]) if ended else stop(process, how)
+        print(f"{kill}: {how.name} after {seconds:.1f} s or {changes} changes: {process.returncode}", seconds_to_end)
+        wait_for_the_last_of(process.pid)
+        check_what_is_there()
+        if ended:
+            assert process.returncode == 0, said
+        elif how != signal.SIGKILL:
+            assert process.returncode in (130, 0, -how), said  # it may have been done, and about to end
+            assert process.returncode != 130 or said.strip().splitlines()[-1].startswith("interrupted")
+            assert "Traceback" not in said
+            assert "Error" not in said
+            assert set(hidden()) <= there
+            assert seconds_to_end < ANSWER
+            took.append(seconds_to_end)
+    record_property("took", took)
     following = begin(command)
     _, said = following.communicate()
     assert following.returncode == 0, said
@@ -163,14 +210,13 @@ def test_what_a_killed_command_leaves(command: str) -> None:
     assert files() != []
 
 
-@pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGTERM])
-@pytest.mark.parametrize("command", COMMANDS)
-def test_an_interrupted_command_says_so_in_a_line(command: str, how: signal.Signals) -> None:
-    process = begin(command, *LONGER[command].split())
-    changes(process, 1, random.uniform(3.0, 8.0))
-    said = interrupted(process, how)
-    assert process.returncode == 130
-    assert said.strip().splitlines()[-1].startswith("interrupted")
-    assert "Traceback" not in said
-    wait_for_the_last_of(process.pid)
+@pytest.mark.parametrize(("largest", "told"), [(0, "recording.nc: File too large"), (500_000, "draw it")])
+def test_a_file_that_cannot_be_written_is_told_and_what_was_before_it_kept(largest: int, told: str) -> None:
+    process = begin("run", "--set", "duration=0.5", "--no-video", largest=largest)
+    said = process.communicate()[1].strip().splitlines()
+    assert process.returncode == 1
+    assert said[-1].startswith("error: cannot write out/")
+    assert said[-1].endswith(told)
+    assert Path("out").exists() == Path("out/summary.json").exists() == (largest > 0)
+    check_what_is_there()
     assert hidden() == []

@@ -96,17 +96,6 @@ def test_every_bundled_scenario_loads_says_what_it_is_and_comes_back_from_json(n
         assert load_text(json.dumps(dumped)) == scenario
 
 
-# A stress scenario may leave them on purpose; it says why beside its gains.
-@pytest.mark.parametrize("name", [name for name in assets.bundled_scenarios() if not name.startswith("stress/")])
-def test_bundled_gains_lie_above_the_bounds(name: str) -> None:
-    law = bundled(name).law
-    if law.name != "published":  # the bounds are those of Theorem 1; other laws know their own
-        assert build(bundled(name)).law.warnings() == ()
-        return
-    assert law.k > 2 * (1 + law.ke / law.kp)
-    assert law.kd >= 2 * math.sqrt(law.kp)
-
-
 def test_segments_and_formulas_are_kept_as_written() -> None:
     text = MINIMAL.replace("u_x: 0.1", "u_x: [{until: 3, value: 0.5}, {value: sin(t)}]")
     given_input = load_text(text).leader.input
@@ -341,6 +330,7 @@ def test_an_override_changes_one_leaf_and_nothing_else(data: st.DataObject) -> N
             assert lookup(changed, other) == lookup(tree, other)
 
 
+@pytest.mark.slow
 @given(st.lists(st.one_of(st.text("abcxyz_", min_size=1), st.integers(0, 99)), min_size=1).map(lambda p: ["root", *p]))
 def test_paths_are_read_as_they_are_written(path: list[str | int]) -> None:
     assert parse_path(dotted(path)) == tuple(path)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import importlib
+import io
 import re
 from functools import cache
 from pathlib import Path
@@ -11,6 +13,7 @@ from urllib.parse import unquote
 
 import pytest
 from typer.main import get_command
+from typer.testing import CliRunner
 
 from nhtrack.cli import app
 
@@ -79,11 +82,22 @@ def test_commands_are_found(session: ModuleType, text: str, expected: list[list[
     assert session.commands(text) == expected
 
 
+def printed_here(arguments: list[str], folder: Path) -> str:
+    """Returns what Python prints that is given some arguments, without a process of its own."""
+    with contextlib.chdir(folder), contextlib.redirect_stdout(io.StringIO()) as out:
+        if arguments[0] == "-c":
+            exec(arguments[1], {"__name__": "__main__"})
+            return out.getvalue()
+        done = CliRunner().invoke(app, arguments[2:], catch_exceptions=False)
+    assert done.exit_code == 0, done.stderr
+    return done.stdout
+
+
 @pytest.mark.slow
 @pytest.mark.render
 @pytest.mark.parametrize("page", FOLLOWED, ids=lambda page: page.stem)
 def test_a_page_can_be_followed(page: Path, session: ModuleType, tmp_path: Path) -> None:
-    printed = list(session.perform(page, tmp_path))
+    printed = list(session.perform(page, tmp_path, printed_here))
     text = page.read_text(encoding="utf-8")
     assert len(printed) == text.count("<!-- begin: ")
     assert all(printed)

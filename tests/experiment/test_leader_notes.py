@@ -37,6 +37,7 @@ def test_of_a_leader_by_accelerations_nothing_is_said() -> None:
     assert leader_notes(load("tour/hello")) == leader_warnings(load("tour/hello")) == ()
 
 
+@pytest.mark.slow
 def test_periods_too_long_for_a_path_and_a_run_too_short_for_it_are_warned_of() -> None:
     wild = load("tour/lemniscate", ["leader.input.path.y=0.6*sin(30*t)", "control_rate=10", "duration=5"])
     (warning,) = leader_warnings(wild)

@@ -125,5 +125,6 @@ def test_a_prediction_without_the_casters_turning_is_told_apart(bench: Bench, mo
         return RollingCasters(replace(scene, model=model))
 
     monkeypatch.setattr(casters, "RollingCasters", lighter)
+    monkeypatch.setattr(casters, "DURATION", 4.0)
     broken = {name for name, finding in findings(bench).items() if not finding.ok}
     assert {"that gap against its prediction", "position beyond prediction"} <= broken

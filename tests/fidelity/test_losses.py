@@ -144,6 +144,7 @@ def test_constant_torques_move_a_robot_as_scipy_integrates_its_equations(tmp_pat
     np.testing.assert_allclose(found, exact, rtol=COAST)
 
 
+@pytest.mark.slow
 def test_only_robots_with_losses_are_measured_for_them(tmp_path: Path) -> None:
     assert list(coasting_down(Bench("nh_mini"))) == []
     found = suite.measure(suite.Task(write_lossy(tmp_path, (1e-3, 0.005), (5e-4, 0.01)), "coasting_down"))
@@ -162,6 +163,7 @@ def test_a_brake_that_the_reduced_model_does_not_know_of_breaks_the_budget(tmp_p
     assert not any(finding.ok for finding in found if "straight" in finding.check)
 
 
+@pytest.mark.slow
 def test_the_suite_integrates_the_closed_form(tmp_path: Path) -> None:
     drive = Bench(write_lossy(tmp_path, (1e-3, 0.01))).drive
     time = np.linspace(0, 1, 11)

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from nhtrack.errors import WriteError
 from nhtrack.files.atomic import atomic_path
 
 
@@ -22,11 +23,18 @@ def test_a_file_appears_whole_and_as_any_other(tmp_path: Path) -> None:
     assert list(target.parent.iterdir()) == [target]
 
 
-@pytest.mark.parametrize("failure", [KeyboardInterrupt(), OSError(errno.ENOSPC, "No space left on device")])
+@pytest.mark.parametrize(
+    ("failure", "raised"),
+    [(KeyboardInterrupt(), KeyboardInterrupt), (OSError(errno.ENOSPC, "Error writing bytes"), WriteError)],
+)
 @pytest.mark.parametrize("old", [None, b"the old file"])
-def test_failed_write_leaves_all_as_it_was(tmp_path: Path, failure: BaseException, old: bytes | None) -> None:
-    target = tmp_path / "result.nc"
+def test_failed_write_leaves_all_as_it_was(
+    tmp_path: Path, failure: BaseException, raised: type[BaseException], old: bytes | None
+) -> None:
+    folder = tmp_path / ("there" if old is not None else "new/inner")
+    target = folder / "result.nc"
     if old is not None:
+        folder.mkdir()
         target.write_bytes(old)
 
     def write_half() -> None:
@@ -34,7 +42,8 @@ def test_failed_write_leaves_all_as_it_was(tmp_path: Path, failure: BaseExceptio
             temporary.write_bytes(b"half")
             raise failure
 
-    with pytest.raises(type(failure)):
+    with pytest.raises(raised) as stopped:
         write_half()
-    assert [path.name for path in tmp_path.iterdir()] == ([] if old is None else ["result.nc"])
+    assert raised is not WriteError or str(stopped.value) == f"cannot write {target}: No space left on device"
+    assert list(tmp_path.rglob("*")) == ([] if old is None else [folder, target])
     assert old is None or target.read_bytes() == old

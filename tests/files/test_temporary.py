@@ -45,7 +45,7 @@ def test_a_process_that_writes_is_left_alone(writer: subprocess.Popen[str], targ
         temporary.write_text("whole")
     (left,) = (entry for entry in target.parent.iterdir() if entry != target)
     assert (left / target.name).read_text() == "half"
-    with pytest.raises(OutputError, match="exists already"):
+    with pytest.raises(OutputError, match="another process writes"):
         require_unused(target.parent, overwrite=False)
 
 

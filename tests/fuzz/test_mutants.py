@@ -29,8 +29,8 @@ def test_300_mutants() -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", [2, 3])
-def test_3000_mutants(seed: int) -> None:
-    assert_kept(seed=seed, count=1500, whole=True)
+def test_2700_more(seed: int) -> None:
+    assert_kept(seed=seed, count=1350, whole=True)
 
 
 def test_a_seed_and_a_number_are_one_mutant() -> None:
@@ -53,7 +53,7 @@ def test_what_breaks_the_contract_is_found(
     assert said in mutants.judged(text, tmp_path).broken
 
 
-@pytest.mark.parametrize("place", range(0, 100, 7))
+@pytest.mark.parametrize("place", range(0, 100, 11))
 def test_no_bit_of_a_recording_changes_its_numbers_unseen(place: int, tmp_path: Path) -> None:
     whole = mutants.recording()
     (tmp_path / "whole.nc").write_bytes(whole)

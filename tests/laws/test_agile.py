@@ -138,7 +138,6 @@ def test_gains_that_break_a_bound_are_told() -> None:
     assert "k_inner = 6" in agile.warnings(GAINS._replace(k_theta=7.0), FREE)[0]
     assert "2 c = 1.4" in agile.warnings(GAINS._replace(k_turn=1.0), FREE)[0]
     assert "2 dock_radius" in agile.warnings(GAINS._replace(dock_radius=0.5), FREE)[0]
-    assert "turn_rate" in agile.warnings(GAINS, Limits(3.0, 2.0, 2.0, 10.0))[0]
     assert "field_speed" in agile.warnings(GAINS, Limits(1.5, 4.0, 2.0, 10.0))[0]
     assert "c field_speed" in agile.warnings(GAINS, Limits(3.0, 4.0, 0.5, 10.0))[0]
 
@@ -171,10 +170,25 @@ def test_robot_that_keeps_its_limits_never_leaves_them() -> None:
     assert (reached > 0.95 * most).all()
 
 
+def test_steering_to_and_fro_keeps_to_what_limits_on_turning_allow() -> None:
+    """Behind a leader that reverses every half second with nine tenths of what its followers may, all arrive."""
+    law, dt, rng = law_named("agile")(limits=Limits(2.36, 2.94, 3.46, 4.33)), 0.01, np.random.default_rng(1)
+    g, xi = rng.uniform(-1, 1, (30, 3)) * [6.0, 6.0, math.pi], np.zeros((30, 3))
+    leader = np.zeros((30, 9))
+    for step in range(3000):
+        leader[:, [6, 8]] = math.pi * math.cos(2 * math.pi * step * dt), 0.1 * math.cos(0.4 * step * dt)
+        if step == 0:
+            memory = first_memories(law, np.concatenate([g, xi], axis=1), leader, dt)
+        u, memory = commands(law, np.concatenate([g, xi], axis=1), leader, memory, dt)
+        g, xi = propagate(g, xi, u, dt)
+        leader[:, :3], leader[:, 3:6] = propagate(leader[:, :3], leader[:, 3:6], leader[:, [6, 8]], dt)
+    assert np.hypot(*(g - leader[:, :3])[:, :2].T).max() < 0.01
+
+
 # -- leaders that reverse ---------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(("period", "factor"), [(4.0, 3.43), (6.0, 2.14), (8.0, 0.94), (10.0, 0.44)])
+@pytest.mark.parametrize(("period", "factor"), [(4.0, 3.43), (8.0, 0.94)])
 def test_universal_drifts_off_a_leader_that_reverses_often_and_agile_does_not(period: float, factor: float) -> None:
     """The distance grows by a factor from reversal to reversal, however small it is: a linear instability."""
     far = reversal_distances(law_named("universal")(), period, 4, 1e-5)

@@ -31,6 +31,8 @@ from nhtrack.simulation.spec import SceneSpec
 
 both = pytest.mark.skipif(find_spec("dm_control") is None, reason="dm_control is not installed")
 
+PAYLOAD = Payload(0.2, (0.0, 0.01, 0.1), (0.05, 0.05, 0.05))
+PATCHES = Patches((Patch(0.05, disc=(0.5, 0.1, 0.2)), Patch(1.5, rectangle=(0.0, 1.0, 0.0, 1.0))))
 # A robot of habits unlike ours: files, a main class of its own, names that point at all kinds of things.
 STRANGER = """<mujoco model="stranger">
   <compiler angle="degree" meshdir="parts" texturedir="skins"/>
@@ -156,15 +158,11 @@ def in_arena(from_path: Callable[[Path], Any], file: Path) -> mujoco.MjModel:
 @pytest.mark.parametrize(
     "change",
     [
-        {},
         {"effects": (PlanarBase(),)},
         {"robot_contact": True, "contact": "default"},
-        {"effects": (WheelMismatch(0.02),)},
-        {"effects": (Payload(0.2, (0.0, 0.01, 0.1), (0.05, 0.05, 0.05)),)},
-        {"effects": (Patches((Patch(0.05, disc=(0.5, 0.1, 0.2)), Patch(1.5, rectangle=(0.0, 1.0, 0.0, 1.0)))),)},
-        {"virtual_root": True},
+        {"effects": (WheelMismatch(0.02), PAYLOAD, PATCHES), "virtual_root": True},
     ],
-    ids=str,
+    ids=["planar", "contact", "changed"],
 )
 def test_a_scene_is_the_same(robot: str, change: dict[str, Any]) -> None:
     spec = dataclasses.replace(SceneSpec(robots=("leader", "one", "two"), robot=robot), **change)

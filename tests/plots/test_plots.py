@@ -118,6 +118,7 @@ def test_panels_stand_at_the_fractions():
         assert len(leader) == last + 1
 
 
+@pytest.mark.slow
 def test_a_scaled_scenario_says_what_its_metre_and_its_second_are():
     figures = {draw: draw(synthetic_recording(1, samples=51)) for draw in (trajectories, errors, gap)}
     for figure in figures.values():
@@ -487,11 +488,12 @@ def test_patches_and_slope_are_drawn_and_named():
     patches = (Patch(0.05, disc=(x, y, 0.5)), Patch(1.5, rectangle=(90.0, 91.0, 90.0, 91.0)))
     scene = SceneSpec(recording.robots, friction=0.8, effects=(Patches(patches), Slope(0.1, np.pi / 2)))
     recording.dataset.attrs["scene"] = scene.to_json()
-    axes = trajectories(recording, (1.0,)).axes[0]
+    figure = trajectories(recording, (1.0,))
+    axes = figure.axes[0]
     (disc,) = (each for each in axes.get_children() if isinstance(each, Circle))
     assert disc.center == pytest.approx((x, y))
     assert disc.radius == pytest.approx(0.5)
     written = [text.get_text() for text in axes.texts]
     assert "friction 0.05" in written
     assert "friction 1.5" not in written  # out of the picture
-    assert "uphill, 5.73°" in written
+    assert "Arrow: uphill, 5.73°." in note(figure)

@@ -13,6 +13,7 @@ from nhtrack.analysis import extent
 from nhtrack.analysis.beforehand import beforehand
 from nhtrack.analysis.metrics import summary
 from nhtrack.config.scenario import Scenario
+from nhtrack.errors import WriteError
 from nhtrack.experiment.build import build
 from nhtrack.experiment.load import load
 from nhtrack.files.appended import AppendedDataset
@@ -82,7 +83,7 @@ def test_a_full_disk_names_the_file_and_ends_nothing_else(tmp_path: Path, full_d
             rows = slice(first, first + 16)
             file.append(first, {str(name): data[name].values[rows] for name in (*SOME, "qpos", "time")})
 
-    with pytest.raises(OSError, match=r"large\.nc"):
+    with pytest.raises(WriteError, match=r"cannot write .*large\.nc: File too large"):
         fill()
     file.discard()
 

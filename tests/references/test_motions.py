@@ -226,6 +226,7 @@ def recorded_in(folder: Path) -> Path:
     return made.recording.save(folder / "recording.nc")
 
 
+@pytest.mark.slow
 def test_a_recorded_robot_is_a_leader_in_the_units_of_its_scenario(tmp_path: Path) -> None:
     recording = Recording.load(recorded_in(tmp_path))
     given = {"recording": {"file": "recording.nc", "robot": "follower"}}
@@ -236,6 +237,7 @@ def test_a_recorded_robot_is_a_leader_in_the_units_of_its_scenario(tmp_path: Pat
     np.testing.assert_allclose(poses[:, 2], expected[:, 2], atol=5e-4)  # a spline rounds off where accelerations jump
 
 
+@pytest.mark.slow
 def test_what_is_no_recording_or_has_no_such_robot_is_told(tmp_path: Path) -> None:
     recorded_in(tmp_path)
     (tmp_path / "text.nc").write_text("not a recording")

@@ -133,6 +133,7 @@ def test_a_last_segment_without_end_holds_for_ever() -> None:
     np.testing.assert_array_equal(make_segments([(1.0, 2.0), (None, 3.0)])(np.array([0.5, 1e9])), [2.0, 3.0])
 
 
+@pytest.mark.slow
 @given(st.integers(1, 50), st.sampled_from([0.01, 0.0025, 0.1, 1 / 300, 0.007]))
 def test_equal_pieces_last_equally_many_periods(count: int, step: float) -> None:
     """Ends and rows that are control instants up to rounding: speeding up and braking cancel exactly."""

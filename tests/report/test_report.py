@@ -383,8 +383,9 @@ def test_the_graph_has_every_robot_and_every_edge() -> None:
     parents: dict[str, tuple[str, ...]] = {"r0": (), "r1": ("r0",), "r2": ("r0",), "r3": ("r1", "r2")}
     found = Elements(graph_svg(parents))
     tags = [tag for tag, _ in found.found]
-    assert (tags.count("circle"), tags.count("line")) == (4, 4)
+    assert (tags.count("circle"), tags.count("path")) == (4, 4 + 1)  # and the tip of arrows
     assert found.texts["title"] == list(parents)
+    assert set(parents) < set(found.texts["text"])
     xs = [float(attributes["cx"] or "nan") for tag, attributes in found.found if tag == "circle"]
     assert xs[0] < xs[1] == xs[2] < xs[3]
 

@@ -127,6 +127,7 @@ def test_what_is_left_out_or_assumed_is_told(name: str, told: tuple[str, ...], t
     assert [words for words in told if words not in notes] == []
 
 
+@pytest.mark.slow
 def test_habits_together_are_read_as_each_alone(tmp_path: Path) -> None:
     for variant in variants(60, seed=14):
         if not variant.fault:

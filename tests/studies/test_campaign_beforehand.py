@@ -67,6 +67,7 @@ def test_of_a_law_to_be_tuned_nothing_is_said_before_its_gains_are_known(tmp_pat
     assert [said for said in campaign_beforehand(campaign, {}) if "under universal" in said]
 
 
+@pytest.mark.slow
 def test_a_campaign_tells_before_its_runs_and_in_its_report(tmp_path: Path) -> None:
     path, heard = tmp_path / "case.yaml", list[str]()
     path.write_text(CASE)

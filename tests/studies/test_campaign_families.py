@@ -72,6 +72,7 @@ def case(folder: Path, *overrides: str, text: str = CASE) -> Campaign:
 # -- over grids -------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_points_are_the_families_written_out_by_hand(tmp_path: Path) -> None:
     gridded = case(tmp_path)
     by_hand = case(tmp_path, text=CASE.replace("  - sinus\n", f"{BY_HAND.strip(chr(10))}\n  - sinus\n"))
@@ -127,6 +128,7 @@ def done(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder / "out"
 
 
+@pytest.mark.slow
 def test_a_grid_is_tuned_once_in_its_middle(done: Path) -> None:
     assert sorted(path.stem for path in (done / "tuning").iterdir()) == [
         "k-curve", "k-reverse_f=2_A=1", "k-sinus", "k-turning_omega=0",
@@ -138,6 +140,7 @@ def test_a_grid_is_tuned_once_in_its_middle(done: Path) -> None:
         assert told == " ".join(f"{name}={value:g}" for name, value in found.items())
 
 
+@pytest.mark.slow
 def test_the_worst_point_runs_again(done: Path) -> None:
     runs = pd.read_parquet(done / "runs.parquet")
     recording = run(done / "worst" / "universal.yaml").recording
@@ -146,6 +149,7 @@ def test_the_worst_point_runs_again(done: Path) -> None:
     assert np.hypot(error[:, 0], error[:, 1]).max() / 0.1 == worst
 
 
+@pytest.mark.slow
 def test_the_points_of_a_grid_are_one_reference_in_sum(done: Path) -> None:
     runs, cells = pd.read_parquet(done / "runs.parquet"), pd.read_csv(done / "cells.csv")
     whole, summed = by_reference(runs, cells)
@@ -204,6 +208,7 @@ def test_a_map_has_the_shares_of_its_table() -> None:
                 assert share == cell["share"]
 
 
+@pytest.mark.slow
 def test_a_map_over_one_number_has_a_row_a_law(done: Path) -> None:
     cells = pd.read_csv(done / "cells.csv")
     (found,) = [each for each in grid_maps(cells) if each.name == "turning"]
@@ -288,6 +293,7 @@ def test_sets_stand_for_all_their_members(tmp_path: Path) -> None:
     assert default.family_names == SETS["slow"]
 
 
+@pytest.mark.slow
 def test_quick_leaders_are_what_their_names_say(tmp_path: Path) -> None:
     campaign = case(tmp_path, "families=[quick]", "duration=80", "similarity.time=1")
     twist = {}
@@ -317,6 +323,7 @@ def test_quick_leaders_are_what_their_names_say(tmp_path: Path) -> None:
     assert twist["ever-faster"][-1, 0] == pytest.approx(16)
 
 
+@pytest.mark.slow
 def test_random_walks_keep_to_their_accelerations_and_are_those_of_few() -> None:
     period = 0.01
     few, many = (draw_walks(Starts(count=count, seed=4), 80.0, period) for count in (5, 400))

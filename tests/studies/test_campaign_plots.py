@@ -184,6 +184,7 @@ def test_a_law_without_runs_is_refused():
 # -- distributions ----------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("count", [40, 3000])
 def test_curves_are_the_distributions_of_settling_times(count):
     starts = campaign_starts(LAWS[:3], FAMILIES[:2], count, share=0.8)

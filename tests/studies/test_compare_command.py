@@ -6,19 +6,14 @@ import json
 from pathlib import Path
 
 import pytest
-from typer.testing import CliRunner, Result
 
-from nhtrack.cli import app
+from commands import invoke
 from nhtrack.experiment.load import load
 from nhtrack.recording import Recording
 from nhtrack.studies.compare import run as study
 from reports import CASE, WILD
 
 QUIET = ("--no-video", "--no-figures", "--no-report")
-
-
-def invoke(*arguments: object) -> Result:
-    return CliRunner().invoke(app, [str(argument) for argument in arguments])
 
 
 @pytest.fixture(autouse=True)

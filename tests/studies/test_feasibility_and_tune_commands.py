@@ -6,9 +6,8 @@ import json
 from pathlib import Path
 
 import pytest
-from typer.testing import CliRunner, Result
 
-from nhtrack.cli import app
+from commands import invoke
 from nhtrack.experiment.load import load
 from nhtrack.recording import Recording
 
@@ -27,10 +26,6 @@ followers:
 # Gains by hand.
 law: {name: published, kp: 4, kd: 6, ke: 1, k: 5}   # above the bounds
 """
-
-
-def invoke(*arguments: object) -> Result:
-    return CliRunner().invoke(app, [str(argument) for argument in arguments])
 
 
 @pytest.fixture(autouse=True)
@@ -93,6 +88,8 @@ def test_tune_prints_gains_and_the_search_and_writes_nothing(file: Path) -> None
     for words in ("kp", "kd", "ke", "before", "found", "late heading error", "cost"):
         assert words in result.stdout
     assert "objective late, 8 candidates in 1 generation, seed 5, friction margin 0.7" in result.stdout
+    assert "to keep these gains: the same command with --write" in result.stdout
+    assert "law: {name: published, kp: " in result.stdout
     assert file.read_text() == CASE
     assert list(file.parent.iterdir()) == [file]
 

@@ -10,11 +10,10 @@ import mujoco
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
-from typer.testing import CliRunner, Result
 
 import nhtrack
+from commands import invoke
 from nhtrack import assets
-from nhtrack.cli import app
 from nhtrack.errors import RefusedError, RenderError, RobotError
 from nhtrack.robots.contract import RefusedRobot
 from nhtrack.robots.reading.shapes import outline
@@ -24,10 +23,6 @@ from nhtrack.studies.inspect.silhouette import ABOVE, SIDE, silhouettes
 from odd_robots.plain import HALF_SEPARATION, RADIUS, part, plain_robot, section, text_of
 
 COUPLED = {"joint1": "left_axle", "joint2": "right_axle", "name": "shaft"}
-
-
-def invoke(*arguments: object) -> Result:
-    return CliRunner().invoke(app, [str(argument) for argument in arguments])
 
 
 @pytest.fixture

@@ -68,6 +68,7 @@ def runs_of(example: Example, *, wheels: bool = True) -> ExampleRuns:
     return ExampleRuns(example, on_wheels if wheels else {}, ideal)
 
 
+@pytest.mark.slow
 def test_the_page_tells_the_worst_follower() -> None:
     runs = runs_of(EXAMPLES[5])
     ((name, ideal),) = runs.ideal.items()
@@ -105,6 +106,7 @@ def test_an_error_that_no_longer_shrinks_is_told() -> None:
         assert told in section.verdicts[0]
 
 
+@pytest.mark.slow
 def test_a_report_without_wheels_speaks_of_none() -> None:
     runs = runs_of(EXAMPLES[5], wheels=False)
     (section,) = sections([runs], Path("paper"))

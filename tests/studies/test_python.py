@@ -13,10 +13,10 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
-from typer.testing import CliRunner, Result
 
 import nhtrack
-from nhtrack.cli import app
+from commands import invoke
+from nhtrack import assets
 from nhtrack.config.changes import overrides_of
 from nhtrack.errors import RenderError
 from nhtrack.files.folder import OutputError
@@ -44,6 +44,7 @@ FEW = {
     "arrival.last": 1,
     "tuning": None,
 }
+BURGER = assets.find_robot("burger")
 PLAIN = ("--no-video", "--no-figures", "--no-report")
 
 
@@ -53,10 +54,6 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.chdir(tmp_path)
     (tmp_path / "case.yaml").write_text(CASE)
     return tmp_path
-
-
-def invoke(*arguments: object) -> Result:
-    return CliRunner().invoke(app, [str(argument) for argument in arguments])
 
 
 def same(one: Any, other: Any) -> bool:
@@ -107,8 +104,9 @@ def test_feasibility_and_inspect_are_what_the_commands_print() -> None:
     assert same(nhtrack.feasibility("case.yaml", set={"physics.friction": 0.1}).table, json.loads(printed.stdout))
     printed = invoke("inspect", "burger", "--json", "--friction", 0.5)
     assert same(nhtrack.inspect("burger", friction=0.5).summary, json.loads(printed.stdout))
-    told = {each.name: each.value for each in nhtrack.inspect("burger").properties}
-    assert told["wheel radius"] == 0.033
+    burger = nhtrack.inspect("burger")
+    assert {each.name: each.value for each in burger.properties}["wheel radius"] == 0.033
+    assert burger.path == BURGER
     shown = invoke("inspect", "burger").stdout
     assert all(words in shown for words in ("wheel radius", "33 mm", "motion limits", "joint 'left_wheel' (line"))
 
@@ -171,7 +169,7 @@ def test_plot_draws_what_run_draws(here: Path) -> None:
         ({"law": LAW}, "law.file", str(LAW)),
         ({"law": {"file": LAW, "k_x": 3}}, "law.k_x", 3.0),
         ({"robot": "burger"}, "robot.file", "burger"),
-        ({"robot": nhtrack.inspect("burger").path}, "robot.file", str(nhtrack.inspect("burger").path)),
+        ({"robot": BURGER}, "robot.file", str(BURGER)),
         ({"duration": 3}, "duration", 3.0),
         ({"backend": "ideal", "set": {"backend": "mujoco"}}, "backend", "ideal"),  # keywords win
         ({"set": {"name": "0123"}}, "name", "0123"),
@@ -335,6 +333,7 @@ def test_a_run_shows_pictures_from_its_beginning_to_its_end(run: Outcome) -> Non
         nhtrack.render(run, "film.mp4")
 
 
+@pytest.mark.slow
 def test_a_scenario_shows_robots_law_reference_and_physics() -> None:
     shown = text_of(nhtrack.load(CASE, set={"physics.slope.angle": 0.25}))
     for words in ("follower tracks leader", "-0.5, 0.1, 0", "kp 1 position gain", "0.2*cos(t)", "slope angle 0.25"):
@@ -345,6 +344,7 @@ def test_a_scenario_shows_robots_law_reference_and_physics() -> None:
     assert "input a path the leader's input duration" in text_of(nhtrack.load("tour/lemniscate"))
 
 
+@pytest.mark.slow
 def test_studies_show_their_tables() -> None:
     compared: Comparison = nhtrack.compare(CASE, "samson", backend="ideal", tune=8)
     shown = page_of(compared)
@@ -358,6 +358,7 @@ def test_studies_show_their_tables() -> None:
     assert page_of(nhtrack.inspect("burger")).pictures == ["data:image/svg+xml;base64", "data:image/png;base64"]
 
 
+@pytest.mark.slow
 def test_what_users_wrote_is_escaped(run: Outcome, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("nhtrack.video.stills.FrameRenderer", _no_gl)
     for result in (nhtrack.load(NASTY), nhtrack.compare(NASTY, "samson", backend="ideal"), run):

@@ -50,6 +50,7 @@ def test_a_run_that_fails_to_start_leaves_no_folder(tmp_path: Path) -> None:
     assert not (tmp_path / "results").exists()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("backend", "last"), [("ideal", "ideal twin"), ("mujoco", "MuJoCo")])
 def test_an_interrupted_run_keeps_recording_and_summary(backend: str, last: str, tmp_path: Path) -> None:
     def stage(name: str) -> Callable[[int, int], None]:

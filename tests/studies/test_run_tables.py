@@ -48,3 +48,15 @@ def test_names_are_no_markup_of_the_terminal(name: str) -> None:
     console = Console(width=200, file=io.StringIO(), force_terminal=False)
     console.print(rich_table(table))
     assert console.file.getvalue().count(name) == 4
+
+
+@pytest.mark.parametrize("width", [20, 40])
+def test_a_screen_too_narrow_for_a_table_gets_a_line_for_each_value(width: int) -> None:
+    rows = tuple(TableRow((f"follower{k}", f"{k} mm", "[i]")) for k in range(2))
+    table = ResultTable("what was measured", ("robot", "start", "of the floor's friction"), rows)
+    console = Console(width=width, file=io.StringIO(), force_terminal=False)
+    console.print(rich_table(table))
+    lines = [line.strip() for line in console.file.getvalue().splitlines()]
+    assert ("start: 1 mm" in lines) == (width == 20)
+    assert " ".join(lines).count("[i]") == 2
+    assert max(map(len, lines)) <= width

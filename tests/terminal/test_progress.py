@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import queue
 import sys
 from types import SimpleNamespace
 
@@ -28,11 +29,27 @@ def work(wanted: object, clock: SimpleNamespace, seconds: float = 200.0) -> None
             clock.seconds += seconds / 4
 
 
-def test_a_pipe_gets_a_line_a_minute(clock: SimpleNamespace, capsys: pytest.CaptureFixture[str]) -> None:
-    work(True, clock)
-    assert capsys.readouterr().err == "runs: 50 % after 100 s\nruns: 100 % after 200 s\n"
-    work(True, clock, seconds=48.0)
+def test_a_pipe_gets_lines_now_and_then_also_of_work_that_reports_nothing(
+    monkeypatch: pytest.MonkeyPatch, clock: SimpleNamespace, capsys: pytest.CaptureFixture[str]
+) -> None:
+    work(True, clock)  # within less than a minute
     assert capsys.readouterr().err == ""
+    told = queue.Queue[str]()
+    monkeypatch.setattr(progress, "_LINES", 0.001)
+    monkeypatch.setattr(sys, "stderr", SimpleNamespace(write=told.put, flush=lambda: None))
+
+    def wait_for(line: str) -> None:
+        while told.get(timeout=10) != line:
+            pass
+
+    with shown_progress(True) as stage:
+        began = clock.seconds
+        wait_for("begun: after 0 s\n")
+        report = stage("runs")
+        clock.seconds = began + 100.0
+        wait_for("runs: after 100 s\n")
+        report(2, 4)
+        wait_for("runs: 50 % after 100 s\n")
 
 
 @pytest.mark.parametrize("wanted", [None, False])

@@ -119,7 +119,7 @@ def test_the_legend_tells_the_worst_of_a_law_and_whose_run_ended() -> None:
     worst = np.hypot(*np.moveaxis(runs["law-0"]["error"].values[-1, 1:, :2], -1, 0)).max()
     told = over.error_lines(frame)
     assert [text.split("  ")[0] for text, _ in told] == ["worst of 3 followers", "law-0", "law-1", "short"]
-    assert told[1] == (f"law-0  {letters.running_length(worst)}", robot_colour(1))
+    assert told[1] == (f"law-0  {letters.running_lengths([worst])[0]}", robot_colour(1))
     assert told[3] == ("short  ended", robot_colour(3))
     assert over.error_lines(0)[3][0] != "short  ended"
 

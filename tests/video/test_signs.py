@@ -10,7 +10,8 @@ import pytest
 
 from films import SMALL, film, filmable, line_of, parted, pixels_of, projected, shared_scene
 from nhtrack import se2
-from nhtrack.colours import robot_colour
+from nhtrack.colours import TOUCH, rgb, robot_colour
+from nhtrack.ground import Ground, Patch
 from nhtrack.simulation.scene import SceneSpec, make_scene
 from nhtrack.video import (
     bodies,
@@ -184,6 +185,7 @@ def marks(scene, line, frame: int, distance: float = 1.0) -> list[dict]:
     return found
 
 
+@pytest.mark.slow
 def test_skid_marks_appear_when_they_are_made():
     scene, line, _ = film(parted())
     points = np.array([[0.0, 0.0], [0.1, 0.0]])
@@ -319,7 +321,8 @@ def test_panel_tells_the_time_and_each_followers_error():
     line = line_of(recording)
     panel = overlay.Overlay(recording, line, (640, 480))
     assert panel.clock_text(3) == f"t = {line.time[3]:5.1f} s    {line.speed:g}x"
-    expected = [(f"f{k}  {letters.running_length(line.distance[3, k])}", robot_colour(k)) for k in (1, 2, 3)]
+    told = letters.running_lengths(line.distance[3, 1:].tolist())
+    expected = [(f"f{k}  {text}", robot_colour(k)) for k, text in enumerate(told, start=1)]
     assert panel.error_lines(3) == expected
     assert len({text for text, _ in expected}) == 3
 
@@ -331,7 +334,7 @@ def test_panel_tells_how_far_the_furthest_twin_is():
     twin[:, 0] = line.pose[:, 0]
     panel = overlay.Overlay(recording, replace(line, twin=twin), (640, 480))
     apart = np.hypot(*(twin - line.pose)[3, 1, :2])
-    assert panel.gap_lines(3) == [f"from ideal  {letters.running_length(apart)}"]
+    assert panel.gap_lines(3) == [f"from ideal  {letters.running_lengths([apart])[0]}"]
 
 
 @pytest.mark.slow
@@ -427,6 +430,45 @@ def test_legend_names_what_there_is():
     assert legend.draw_legend(line_of(filmable()), 1.0) is None
     assert legend.draw_legend(line, 1.0).height == 20
     assert legend.draw_legend(replace(line, twin=None, utilisation=None, slot=None, skids=()), 1.0) is None
+    ground = Ground(1.0, (Patch(0.05, disc=(0.0, 0.0, 1.0)), Patch(0.05, disc=(3.0, 0.0, 1.0))))
+    assert [text for *_, text in legend.signs_of(line, ground)][2:] == ["friction 0.05"]
+    narrow = legend.draw_legend(line, 1.0, 200.0, ground)
+    assert narrow.height == 60
+    assert narrow.width <= 200
+
+
+def test_robots_that_touch_are_marked_while_and_after_they_do_and_named():
+    recording = parted(followers=2)
+    touch = np.full((81, 3, 3, 5), np.nan)
+    touch[20:31, 1, 0] = 2, 0.1, 0.5, 0.3, 0.001
+    recording.dataset["touch"] = ("time", "robot", "touch", "touch_component"), touch
+    line = line_of(recording, fps=10)
+    (mark,) = line.touches
+    assert mark.robots == ("f1", "f2")
+    assert mark.point == pytest.approx(recording["pose"].values[20, 1:, :2].mean(axis=0))
+    lines = floor.FloorLines(shared_scene(recording.dataset.attrs["scene"]), line, 1.0, 480, False)
+    visual, added = mujoco.MjvScene(shared_scene(recording.dataset.attrs["scene"]).model, 4000), []
+    for time in (mark.start - 1.5, mark.start + 1.0, mark.end + 1.5):
+        visual.ngeom, frame = 0, int(np.searchsorted(line.time, time))
+        lines.add(visual, frame, 1.0)
+        marked = np.array(rgb(TOUCH), np.float32)
+        added.append(sum(np.allclose(visual.geoms[k].rgba[:3], marked) for k in range(visual.ngeom)))
+        panel = overlay.Overlay(recording, line, (640, 480))
+        assert panel.touch_lines(frame) == (["touch: f1 and f2"] if mark.start <= line.time[frame] <= mark.end else [])
+    assert added[0] == 0 < added[2] < added[1]
+
+
+def test_names_stand_at_robots_and_not_on_each_other():
+    recording = filmable(2)
+    line = line_of(recording)
+    places = np.array([[300.0, 300.0], [304.0, 302.0], [100.0, 200.0]])
+    plain = np.full((480, 640, 3), 90, np.uint8)
+    bare = overlay.Overlay(recording, line, (640, 480)).write(plain, 0)
+    named = overlay.Overlay(recording, line, (640, 480), lambda frame: places).write(plain, 0)
+    changed = (named != bare).any(axis=-1)
+    assert changed[180:200, 90:110].any()
+    rows = np.flatnonzero(changed[:, 290:314].any(axis=1))
+    assert rows.size > 1.9 * np.flatnonzero(changed[:, 90:110].any(axis=1)).size  # two names, one above the other
 
 
 @pytest.mark.parametrize(

@@ -139,14 +139,15 @@ def test_coincident_robots_show_the_last():
 
 
 @pytest.mark.parametrize(
-    ("metres", "text"),
+    ("metres", "texts"),
     [
-        (2.0, " 2.00 m"), (0.123, " 12.3 cm"), (0.0012, " 1.20 mm"), (3.2e-7, "  0.3 µm"), (0.0, "  0.0 µm"),
-        (np.nan, "unknown"),
+        ([2.0], [" 2.00 m"]), ([0.123], ["  123 mm"]), ([0.0123], [" 12.3 mm"]), ([0.0012], [" 1.20 mm"]),
+        ([3.2e-7], ["  0.3 µm"]), ([0.0], ["  0.0 µm"]), ([np.nan], ["unknown"]),
+        ([1.18, 0.9996, 1e-3, np.nan], [" 1.18 m", " 1.00 m", " 0.00 m", "unknown"]),
     ],
 )
-def test_lengths_have_a_unit_that_suits_them(metres, text):
-    assert letters.running_length(metres) == text
+def test_lengths_have_one_unit_that_suits_the_largest(metres, texts):
+    assert letters.running_lengths(metres) == texts
 
 
 # --- pictures ---------------------------------------------------------------------------------------------------------

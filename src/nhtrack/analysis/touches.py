@@ -51,3 +51,10 @@ def _events(
         touch = Touch(other, float(seconds.sum()), float(impulse.sum()), float(overlap.max()))
         span = float(begin[rows.start]), float(time[rows.stop - 1])
         yield Event("touched", one, None, *span, "closing speed", float(closing.max()), "m/s", touch)
+
+
+def touch_place(recording: Recording, event: Event) -> np.ndarray:
+    """Returns where two robots were when they began to touch, the middle between them [m], shape (2,)."""
+    row = min(int(np.searchsorted(recording.time, event.start, side="right")), len(recording.time) - 1)
+    places = [recording.robots.index(name) for name in event.robots]
+    return np.asarray(recording["pose"].values[row, places, :2].mean(axis=0))

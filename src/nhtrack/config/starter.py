@@ -19,10 +19,12 @@ __all__ = ["Pace", "pace_within", "starter", "starter_with"]
 _SPEEDING, _WAVE = 2.0, 5.0  # [s] for which its leader speeds up; of a wave in which it turns
 _SPEED, _PUSH = 0.4, 0.6  # shares of the limits of speeds and of accelerations that it takes
 _TURNING = 0.5  # [rad/s] at most
+_BEFORE_LAW = "# The tracking law"  # begins what the bundled scenario says of its own
+_BUNDLED_FIELD = 0.16  # [m/s] of the bundled robot, whose leader drives at 0.2
 _LAW = """\
-# `universal` follows leaders that drive, stop, reverse and park. Wheels may use that share of their friction, and the
-# limits of motion are found from the model of the robot (`nhtrack inspect` shows them).
-law: {{name: universal, field_speed: {field:.3g}, limits: {{utilisation: {utilisation:g}, speed: {top:.3g}}}}}
+# `universal` follows leaders that drive, stop, reverse and park, from wherever a follower starts. Wheels may use that
+# share of their friction; the limits of motion are found from the model of the robot (`nhtrack inspect` shows them).
+law: {{name: universal, field_speed: {field:.3g}, limits: {{utilisation: {utilisation:g}{speed}}}}}
 """
 
 
@@ -53,7 +55,12 @@ def pace_within(limits: Limits, friction: float, utilisation: float) -> Pace:
 
 def starter(name: str) -> str:
     """Returns a scenario that begins with a bundled robot, called by a name where that is one."""
-    return called(assets.find_scenario("tour/hello").read_text(encoding="utf-8"), name)
+    return _without_law(name) + _LAW.format(field=_BUNDLED_FIELD, utilisation=0.5, speed="")
+
+
+def _without_law(name: str) -> str:
+    text, _, _ = assets.find_scenario("tour/hello").read_text(encoding="utf-8").partition(_BEFORE_LAW)
+    return called(text, name)
 
 
 def starter_with(name: str, robot: RobotSection, pace: Pace) -> str:
@@ -66,8 +73,7 @@ def starter_with(name: str, robot: RobotSection, pace: Pace) -> str:
     """
     push, away = f"{pace.speed / _SPEEDING:.3g}", f"{4 * pace.speed:.3g}"
     turn = f"{2 * pi * pace.yaw_rate / _WAVE:.3g}"
-    text, _, _ = starter(name).partition("# The tracking law")
-    text = re.sub(r"^(robot: \S+) .*", r"\1", text, count=1, flags=re.MULTILINE)
+    text = re.sub(r"^(robot: \S+) .*", r"\1", _without_law(name), count=1, flags=re.MULTILINE)
     values = {
         ("description",): flow(f"A leader drives an S and parks; a follower joins it. Both are {robot.file}."),
         ("robot",): flow(robot.model_dump(mode="json", exclude_defaults=True)),
@@ -77,7 +83,7 @@ def starter_with(name: str, robot: RobotSection, pace: Pace) -> str:
         ("leader", "input", "u_theta"): f"where(2 < t < 12, {turn}*cos(2*pi*(t - 2)/5), 0)",
         ("followers", 0, "start", "pose"): f"[-{away}, {away}, {-pi / 2!r}]",
     }
-    law = _LAW.format(field=0.8 * pace.speed, utilisation=pace.utilisation, top=pace.top)
+    law = _LAW.format(field=0.8 * pace.speed, utilisation=pace.utilisation, speed=f", speed: {pace.top:.3g}")
     return with_values(text + law, values)
 
 

@@ -20,7 +20,7 @@ from nhtrack.network import Network
 from nhtrack.settling import settling_limits
 from nhtrack.simulation.ideal import IdealSimulation
 from nhtrack.simulation.mujoco import MujocoSimulation
-from nhtrack.simulation.scene import SceneSpec, make_scene
+from nhtrack.simulation.scene import SceneSpec, make_scene, stepped_scene
 from nhtrack.simulation.state import State
 
 _NAMES = ("leader", "follower")
@@ -52,11 +52,16 @@ def compile_once(stage: Callable[[str], Callable[[int, int], None]] | None) -> N
 
 
 def _ideal() -> None:
-    _run(IdealSimulation(_NAMES, None, _DT))
+    _run(IdealSimulation(_NAMES, make_scene(SceneSpec(_NAMES)).drive, _DT))
 
 
 def _wheels() -> None:
     _run(MujocoSimulation(make_scene(SceneSpec(_NAMES, timestep=0.002)), _DT))
+
+
+def _fleet() -> None:
+    spec = SceneSpec(_NAMES, timestep=0.002)
+    rollout(MujocoSimulation(stepped_scene(spec), _DT, threads=2, spec=spec), *_pair())
 
 
 def _laws() -> None:
@@ -64,7 +69,7 @@ def _laws() -> None:
         first_memories(_plain(kind), np.zeros((1, 6)), np.zeros((1, 9)))
 
 
-_PARTS: tuple[Callable[[], None], ...] = (_wheels, _ideal, _laws)
+_PARTS: tuple[Callable[[], None], ...] = (_wheels, _ideal, _fleet, _laws)
 
 
 def _own_laws() -> tuple[LawKind, ...]:
@@ -73,13 +78,17 @@ def _own_laws() -> tuple[LawKind, ...]:
 
 def _run(simulation: CompiledSimulation) -> None:
     """Runs two robots for two periods in every way that compiled code is called."""
-    network = Network.from_parents({"leader": (), "follower": ("leader",)})
-    start = State(0.0, np.array([[0.0, 0.0, 0.0], [-0.5, 0.2, 0.0]]), np.zeros((2, 3)))
-    law, inputs = _plain(_own_laws()[0]), np.zeros((2, 2))
-    rollout(simulation, law, network, inputs, start)
-    run_loop(simulation, law, network, inputs, start, RunStatistics(settling_limits(1.0), 0, ()))
+    rollout(simulation, *_pair())
+    run_loop(simulation, *_pair(), RunStatistics(settling_limits(1.0), 0, ()))
     simulation.step(np.zeros((2, 2)))
     simulation.drive_by(np.zeros((1, 2, 2)))
+
+
+def _pair() -> tuple[Law, Network, np.ndarray, State]:
+    """Returns the law of two robots, who tracks whom, inputs for two periods, and where they start."""
+    network = Network.from_parents({"leader": (), "follower": ("leader",)})
+    start = State(0.0, np.array([[0.0, 0.0, 0.0], [-0.5, 0.2, 0.0]]), np.zeros((2, 3)))
+    return _plain(_own_laws()[0]), network, np.zeros((2, 2)), start
 
 
 def _plain(kind: LawKind) -> Law:

@@ -10,7 +10,7 @@ import numpy as np
 from nhtrack.errors import SimulationDiverged
 from nhtrack.experiment.followers import Followers, Memories, begin_followers, make_scratch
 from nhtrack.experiment.kernels import CompiledSimulation
-from nhtrack.laws.address import call_law
+from nhtrack.laws.address import call_law, require_uninterrupted
 from nhtrack.laws.law import Law
 from nhtrack.laws.own_file import LawError
 from nhtrack.simulation.faults import COMMAND, FINE
@@ -22,6 +22,7 @@ def require_begun(law: Law, followers: Followers, memories: Memories, simulation
 
     Raises:
         LawError: the law raised an exception, with its file and line and the robot.
+        KeyboardInterrupt: the user stopped a law that runs as Python.
     """
     g, xi = simulation.motion.g, simulation.motion.xi
     robot = begin_followers(followers, memories, g, xi, make_scratch(g.shape[1]))
@@ -41,6 +42,9 @@ def failure_of(
         followers: who tracks whom.
         memories: of the law.
         rows: written by each simulation since the start, shape (b,); the first to stop is told.
+
+    Raises:
+        KeyboardInterrupt: the user stopped a law that runs as Python.
     """
     motion = simulation.motion
     faulty = np.flatnonzero((motion.fault[:, 0] != FINE) & ~motion.lost)
@@ -68,6 +72,7 @@ def _what_it_raised(
     law: Law, followers: Followers, memories: Memories, b: int, robot: int, function: str
 ) -> str:
     """Returns what the law raises when it is called as Python with what it was called with, and where."""
+    require_uninterrupted()
     gains = followers.gains[b if len(followers.gains) > 1 else 0]
     try:
         call_law(

@@ -148,7 +148,8 @@ def run_loop(
     """
     simulation.reset(start)
     followers = make_followers(network, tracking or Tracking(), law, simulation.dt, link or Link())
-    u_root = np.ascontiguousarray(inputs if inputs.ndim == 3 else inputs[:, None], dtype=float)
+    # a copy in one piece: numba would compile the loop anew for memory of another order, or that must not be written to
+    u_root = np.array(inputs if inputs.ndim == 3 else inputs[:, None], dtype=float, order="C")
     count, n = simulation.motion.g.shape[:2]
     shape = Shape(
         periods=len(u_root),

@@ -30,7 +30,7 @@ class Statistics(NamedTuple):
         utilisation: largest friction utilisation, shape (b,).
         saturated: sum over periods of the share in which a motor was at its limit, shape (b,).
         effort: sum of squared accelerations, shape (b, 2).
-        switches: changes of the law's modes, shape (b,).
+        switches: control periods in which a mode of the law changed, one or several, shape (b,).
         modes: they in the last row, shape (b, modes).
     """
 
@@ -52,7 +52,7 @@ class RunStatistics(Streaming):
     Args:
         limits: within which a follower has settled.
         late: control period from which on errors are late errors.
-        modes: places in the law's memory whose changes are counted.
+        modes: places in the law's memory that count as its modes.
     """
 
     def __init__(self, limits: SettlingLimits, late: int, modes: tuple[int, ...]) -> None:
@@ -93,11 +93,13 @@ def _take(
                 u = row[_INPUT + c]
                 if not math.isnan(u):  # nothing is commanded at the end
                     figures.effort[b, c] += u * u
+            switched = False
             for m in range(modes.shape[0]):
                 mode = rows.memory[b, k, FOLLOWER, modes[m]]
-                if first + k > 0 and mode != figures.modes[b, m]:
-                    figures.switches[b] += 1
+                switched |= mode != figures.modes[b, m]
                 figures.modes[b, m] = mode
+            if first + k > 0 and switched:
+                figures.switches[b] += 1
 
 
 @compiled_inside

@@ -12,6 +12,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from nhtrack.arrays import CHUNK
+from nhtrack.errors import WriteError
+from nhtrack.files.atomic import reason_of
 from nhtrack.files.checksums import CHECKSUMS, checksum_of, checksum_of_meaning, checksum_of_rows, noted
 
 if TYPE_CHECKING:
@@ -55,7 +57,7 @@ class AppendedDataset:
             values: by the names of variables, shape (k, ...).
 
         Raises:
-            OSError: rows before these could not be written.
+            WriteError: rows before these could not be written.
         """
         self.wait()
         self._pending = self._pool.submit(self._write, first, values)
@@ -64,7 +66,7 @@ class AppendedDataset:
         """Returns when all rows have been written.
 
         Raises:
-            OSError: they could not be.
+            WriteError: they could not be.
         """
         self._pending.result()
 
@@ -77,7 +79,7 @@ class AppendedDataset:
         """Writes the attributes of the dataset, with the checksums, and closes the file.
 
         Raises:
-            OSError: the file could not be written.
+            WriteError: the file could not be written.
         """
         self.wait()
         found = {
@@ -138,7 +140,7 @@ class _Patient(io.FileIO):
     def require_written(self) -> None:
         """Raises what kept the file from being written, if anything did."""
         if self.error is not None:
-            raise OSError(self.error.errno, self.error.strerror, str(self.name))
+            raise WriteError(f"cannot write {self.name}: {reason_of(self.error)}")
 
 
 def _encoding(variable: xr.DataArray, chunk: int) -> dict[str, Any]:

@@ -7,9 +7,10 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from nhtrack.files.temporary import temporary_folder
+from nhtrack.errors import WriteError
+from nhtrack.files.temporary import made_folder, temporary_folder
 
-__all__ = ["atomic_path"]
+__all__ = ["atomic_path", "reason_of"]
 
 
 @contextmanager
@@ -18,8 +19,20 @@ def atomic_path(target: Path) -> Iterator[Path]:
 
     On success the file there takes the target's name in one step; on failure it is removed and the target is as it was.
     A process that is killed leaves a hidden folder, which the next one that writes beside the target removes.
+
+    Raises:
+        WriteError: the disk is full, or the file may not be written there.
     """
-    target.parent.mkdir(parents=True, exist_ok=True)
-    with temporary_folder(target.parent) as folder:
-        yield folder / target.name
-        os.replace(folder / target.name, target)
+    try:
+        with made_folder(target.parent), temporary_folder(target.parent) as folder:
+            yield folder / target.name
+            os.replace(folder / target.name, target)
+    except BrokenPipeError:  # of something else
+        raise
+    except OSError as error:
+        raise WriteError(f"cannot write {target}: {reason_of(error)}") from error
+
+
+def reason_of(error: OSError) -> str:
+    """Returns why something could not be written, in the system's words."""
+    return str(error) if error.errno is None else os.strerror(error.errno)

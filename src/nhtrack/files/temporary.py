@@ -13,10 +13,10 @@ import os
 import shutil
 import tempfile
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
-__all__ = ["remove_abandoned", "temporary_folder"]
+__all__ = ["is_held", "made_folder", "remove_abandoned", "temporary_folder"]
 
 _PREFIX, _LOCK = ".nhtrack-", "lock"
 
@@ -34,15 +34,37 @@ def temporary_folder(parent: Path) -> Iterator[Path]:
             os.close(lock)
 
 
-def remove_abandoned(parent: Path) -> None:
-    """Removes the temporary folders in a folder whose processes are gone."""
+@contextmanager
+def made_folder(folder: Path) -> Iterator[None]:
+    """Makes a folder where there is none; one that was made and is empty after a failure is removed."""
+    made = [each for each in (folder, *folder.parents) if not each.exists()]
+    folder.mkdir(parents=True, exist_ok=True)
+    try:
+        yield
+    except BaseException:
+        for each in made:
+            with suppress(OSError):  # with something in it, it stays
+                each.rmdir()
+        raise
+
+
+def remove_abandoned(parent: Path) -> bool:
+    """Removes the temporary folders in a folder whose processes are gone; returns whether there were any."""
+    found = False
     for folder in parent.glob(f"{_PREFIX}*"):
         try:
             lock = _locked(folder)
         except OSError:  # its process works still, or nobody can tell
             continue
+        found = True
         shutil.rmtree(folder, ignore_errors=True)
         os.close(lock)
+    return found
+
+
+def is_held(parent: Path) -> bool:
+    """Returns whether another process works in a folder, once what those left that are gone has been removed."""
+    return any(parent.glob(f"{_PREFIX}*/{_LOCK}"))
 
 
 def _made(parent: Path) -> tuple[Path, int | None]:

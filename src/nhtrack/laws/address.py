@@ -22,6 +22,7 @@ from typing import Any
 
 from nhtrack.compiled import WRAPPERS, cache_folder, compiled, compiled_for_address
 from nhtrack.errors import NhtrackError
+from nhtrack.files.atomic import atomic_path
 from nhtrack.laws.contract import Follower, Leader, Limits
 from nhtrack.laws.functions import as_compiled, python_of, texts_reached
 from nhtrack.laws.law import LawKind
@@ -132,9 +133,8 @@ def _file(name: str, text: str) -> str:
 
 
 def _write(path: Path, text: str) -> None:
-    temporary = path.with_name(f".{path.name}.{id(text)}")
-    temporary.write_text(text, encoding="utf-8")
-    temporary.replace(path)
+    with atomic_path(path) as temporary:
+        temporary.write_text(text, encoding="utf-8")
 
 
 def _space(kind: LawKind) -> dict[str, Any]:
@@ -213,6 +213,7 @@ def _access(slot: Slot) -> str:
 # A law as Python ------------------------------------------------------------------------------------------------------
 
 _SIGNATURE = ctypes.CFUNCTYPE(None, *(POINTERS * [ctypes.POINTER(ctypes.c_double)]))
+_interruptions: list[str] = []  # functions that were stopped and could not say so
 
 
 def _interpreted(kind: LawKind, name: str) -> Callable[..., None]:
@@ -229,8 +230,22 @@ def _interpreted(kind: LawKind, name: str) -> Callable[..., None]:
                 memory[i] = value
         except Exception:
             result[FAILED] = 1.0
+        except KeyboardInterrupt:  # machine code, which called, would lose it
+            result[FAILED] = 1.0
+            _interruptions.append(name)
 
     return call
+
+
+def require_uninterrupted() -> None:
+    """Raises, once the compiled code is back that called a law as Python, where the user has stopped that.
+
+    Raises:
+        KeyboardInterrupt: the user has.
+    """
+    if _interruptions:
+        _interruptions.clear()
+        raise KeyboardInterrupt
 
 
 def call_law(

@@ -16,11 +16,11 @@ lambda < 0.2 rate. Three modes:
     calm   `universal` behind the smoothed leader; the rest of the leader's velocity is carried along the heading
 
 f, g and h have the gains k_x, k_theta and k_turn and brake within limits; |f| < field_speed/2, |g| < 2 turn_rate; q^2 =
-1 + b^2 E_v |r|^2/turn_rate^2. All commanded velocities are lifted to accelerations by the inner loop. Near, whole turns
-are taken off theta + theta'/k_inner, about what theta will be once velocities have caught up: a follower that spins at
-first goes on to the nearest turn. A lively leader is pursued until it is near, and a calm one until the follower is
-within `dock_radius`, or within 4 sqrt(H) of one that sways steadily (lambda > 0.1 rate, L^2 > H/2); twice as far,
-nearness ends.
+1 + b^2 E_v |r|^2/turn_rate^2; turn_rate is cut to what limits on turning allow. All commanded velocities are lifted to
+accelerations by the inner loop. Near, whole turns are taken off theta + theta'/k_inner, about what theta will be once
+velocities have caught up: a follower that spins at first goes on to the nearest turn. A lively leader is pursued until
+it is near, and a calm one until the follower is within `dock_radius`, or within 4 sqrt(H) of one that sways steadily
+(lambda > 0.1 rate, L^2 > H/2); twice as far, nearness ends.
 
 Sources: near is Samson's law (`nhtrack.laws.samson`) saturated and with gains that do not vanish with the leader's
 velocities; far is pursuit along a vector field. Assumes: states measured without error, the leader's acceleration
@@ -39,8 +39,8 @@ from nhtrack.laws.contract import Follower, Gain, Leader, LeaderMotion, Limits
 from nhtrack.laws.gains import DAMPING, InnerGain, PlaceDeadZoneSpeed
 from nhtrack.laws.inner_loop import Velocities, inner_loop
 from nhtrack.laws.leader_bounds import accelerates, sampled_too_seldom, starts_from_rest
-from nhtrack.laws.leader_motion import Schedule, Seen, SeenRow
-from nhtrack.laws.limited import bounded, field_warnings, return_rate, within
+from nhtrack.laws.leader_motion import Seen, SeenRow, schedule
+from nhtrack.laws.limited import bounded, field_warnings, return_rate, turn_rate_within, within
 from nhtrack.laws.relative_motion import theta_to_come, view
 
 CALM, FAR, NEAR = 0, 1, 2
@@ -128,6 +128,7 @@ def command(
 ) -> tuple[float, float, Memory]:
     """Returns u_x [m/s^2] and u_theta [rad/s^2] as above, and the memory for the next period."""
     seen = leader_motion.seen_after(memory.seen, leader, period, gains.k_theta, gains.window, gains.smoothing)
+    gains = _within_limits(gains, limits)
     mode = _mode(gains, follower, leader, memory.mode, seen)
     if mode == memory.mode:
         memory = Memory(mode, memory.side, memory.gear, memory.turns, memory.off, seen)
@@ -145,16 +146,20 @@ def command(
 
 
 @compiled
-def _schedule(gains: Gains, seen: Seen) -> Schedule:
-    """Returns the gains near the leader."""
-    return leader_motion.schedule(seen, gains.rate, gains.k_theta, gains.k_inner, gains.zeta, gains.least_speed)
+def _within_limits(gains: Gains, limits: Limits) -> Gains:
+    """Returns the gains with a `turn_rate` that the limits allow."""
+    return Gains(
+        gains.rate, gains.k_theta, gains.k_turn, gains.k_inner, gains.zeta, gains.c, gains.field_speed,
+        turn_rate_within(gains.turn_rate, limits), gains.window, gains.smoothing, gains.near_radius,
+        gains.dock_radius, gains.least_speed, gains.dead_zone_speed,
+    )  # fmt: skip
 
 
 @compiled
 def _mode(gains: Gains, follower: Follower, leader: Leader, mode: int, row: SeenRow) -> int:
     """Returns the mode of this period; `mode` is that of the last, or CALM at the start."""
     seen = Seen(*row)
-    scheduled = _schedule(gains, seen)
+    scheduled = schedule(seen, gains.rate, gains.k_theta, gains.k_inner, gains.zeta, gains.least_speed)
     lively = scheduled.contraction > gains.rate * (LIVELY if mode == CALM else NO_LONGER_LIVELY)
     distance = hypot(follower.x - leader.x, follower.y - leader.y)
     if not lively:
@@ -194,7 +199,7 @@ def _near(
 ) -> tuple[float, float, Memory]:
     """Returns the accelerations near a leader, and the memory."""
     seen = Seen(*memory.seen)
-    scheduled = _schedule(gains, seen)
+    scheduled = schedule(seen, gains.rate, gains.k_theta, gains.k_inner, gains.zeta, gains.least_speed)
     e = view(follower, leader)
     turns = planar.winding_number_after(theta_to_come(e, gains.k_inner), float(memory.turns), pursuit.HYSTERESIS)
     theta = e.theta - 2 * pi * turns
@@ -291,10 +296,5 @@ def warnings(gains: Gains, limits: Limits) -> tuple[str, ...]:
     if gains.near_radius <= WIDENED * gains.dock_radius:
         found.append(
             f"near_radius = {gains.near_radius:g} is not above {WIDENED:g} dock_radius: a lively leader is lost at once"
-        )
-    if gains.turn_rate >= limits.yaw_rate:
-        found.append(
-            f"turn_rate = {gains.turn_rate:.3g} rad/s is not below the yaw rate limit {limits.yaw_rate:.3g} rad/s: "
-            "distance asks for turns that it forbids"
         )
     return (*found, *field_warnings(gains.c, gains.field_speed, limits))

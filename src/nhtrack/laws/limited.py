@@ -9,6 +9,7 @@ from nhtrack.compiled import compiled
 from nhtrack.laws.contract import Limits
 
 BRAKING = 0.5  # share of an acceleration limit that braking towards a place or a heading counts on
+ROOM = 0.75  # share of the yaw rate limit that distance may ask for; the rest is left for the leader's own turning
 
 
 @compiled
@@ -39,6 +40,17 @@ def bounded(largest: float, rate: float, slope: float) -> tuple[float, float]:
     q_2 = 1 + (rate / largest) ** 2
     q = sqrt(q_2)
     return rate / q, slope / (q * q_2)
+
+
+@compiled
+def turn_rate_within(turn_rate: float, limits: Limits) -> float:
+    """Returns the largest rate of turning to ask for [rad/s]: it leaves room, and braking takes half a radian at most.
+
+        min(turn_rate, 0.75 yaw_rate, sqrt(0.5 yaw_acceleration))
+
+    A rate that follows a leader to and fro and is asked for beyond that lags so far behind that it steers wrongly.
+    """
+    return min(turn_rate, ROOM * limits.yaw_rate, sqrt(BRAKING * limits.yaw_acceleration))
 
 
 @compiled

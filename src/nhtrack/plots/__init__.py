@@ -51,7 +51,7 @@ def draw_figures(
     found, recording = find_events(recording) if events is None else events, thinned(recording)
     for name in names:
         draw = run_figures()[name]
-        figure = draw(recording, found) if "events" in signature(draw).parameters else draw(recording)
+        figure = draw(recording, events=found) if "events" in signature(draw).parameters else draw(recording)
         if figure is not None:
             yield name, figure
 

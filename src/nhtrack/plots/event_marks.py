@@ -16,7 +16,7 @@ from nhtrack.presentation.numbers import counted
 from nhtrack.presentation.shown import CROWD, Span, covered
 from nhtrack.recording import Recording
 
-__all__ = ["covered", "mark_events"]
+__all__ = ["covered", "make_room", "mark_events"]
 
 # The edges of a shade and the dots at the ends of a bar let the shortest event be seen.
 _SHADE: dict[str, Any] = {"color": "#7A7A7A", "alpha": 0.14, "linewidth": 0.6, "zorder": 0.8}
@@ -63,7 +63,7 @@ def mark_events(
         for kind in kinds:
             below = _write_name(axes, [event for event in shown if event.kind == kind], last, below, crowd=crowd)
     if below > _MARGIN:
-        _make_room(axes, below)
+        make_room(axes, below)
 
 
 def _span(event: Event, last: float) -> Span:
@@ -111,7 +111,7 @@ def _write_name(axes: Axes, events: Sequence[Event], last: float, below: float, 
     return below + _NAME_STEP
 
 
-def _make_room(axes: Axes, points: float) -> None:
+def make_room(axes: Axes, points: float) -> None:
     """Makes an axis longer at its upper end, so that the curves stay some points below the panel's upper edge."""
     figure = axes.get_figure(root=True)
     assert figure is not None

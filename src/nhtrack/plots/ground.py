@@ -13,14 +13,16 @@ from nhtrack.plots.names import Path
 from nhtrack.presentation.numbers import degrees
 from nhtrack.presentation.shown import ground_of
 
-__all__ = ["draw_ground", "ground_of"]
+__all__ = ["draw_ground", "draw_uphill", "ground_of", "slope_note"]
 
 _LEAST_SEEN = 0.1  # share of a panel's sides that a patch must take up to be labelled
+_CORNERS = np.array([[0.91, 0.89], [0.09, 0.89], [0.91, 0.11], [0.09, 0.11]])  # of a panel, in shares of it
+_ARROW = 0.07  # half the length of an arrow, in shares of a panel
 _POINTS = 201  # of the edge of a patch
 
 
 def draw_ground(axes: Axes, ground: Ground) -> dict[str, Path]:
-    """Draws patches, and an arrow uphill, below everything else.
+    """Draws patches below everything else.
 
     Args:
         axes: with their limits set, in robot metres.
@@ -37,17 +39,36 @@ def draw_ground(axes: Axes, ground: Ground) -> dict[str, Path]:
         axes.add_artist(shape)
         if _is_seen(outline, axes):
             named.setdefault(f"friction {patch.friction:g}", []).append(outline)
-    if ground.slope:
-        x, y = 0.07 * float(np.cos(ground.uphill)), 0.07 * float(np.sin(ground.uphill))
-        axes.annotate(
-            "", (0.91 + x, 0.90 + y), (0.91 - x, 0.90 - y), xycoords="axes fraction", textcoords="axes fraction",
-            arrowprops={"arrowstyle": "->", "color": INK, "linewidth": 0.9},
-        )  # fmt: skip
-        axes.annotate(
-            f"uphill, {degrees(ground.slope)}", (0.98, 0.80), xycoords="axes fraction", ha="right",
-            fontsize=6.0, color=INK,
-        )  # fmt: skip
-    return {text: Path(np.stack(outlines, axis=1), INK) for text, outlines in named.items()}
+    return {text: Path(np.stack(outlines, axis=1), INK, tied=True) for text, outlines in named.items()}
+
+
+def draw_uphill(axes: Axes, ground: Ground, taken: np.ndarray) -> np.ndarray:
+    """Draws an arrow uphill, if there is a way up, into the corner of a panel that keeps clear of what is there.
+
+    Args:
+        axes: with their limits set, in robot metres.
+        ground: of the run.
+        taken: points to keep clear of [m], shape (..., 2).
+
+    Returns:
+        Both ends of the arrow [m], for others to keep clear of, shape (2, k, 2).
+    """
+    if not ground.slope:
+        return np.empty((2, 0, 2))
+    points = axes.transLimits.transform(taken.reshape(-1, 2))
+    apart = [float(np.nanmin(np.hypot(*(points - corner).T), initial=np.inf)) for corner in _CORNERS]
+    middle = _CORNERS[int(np.argmax(np.minimum(apart, 2 * _ARROW)))]  # the first that is clear
+    along = _ARROW * np.array([np.cos(ground.uphill), np.sin(ground.uphill)])
+    axes.annotate(
+        "", tuple(middle + along), tuple(middle - along), xycoords="axes fraction", textcoords="axes fraction",
+        arrowprops={"arrowstyle": "->", "color": INK, "linewidth": 0.9},
+    )  # fmt: skip
+    return np.asarray(axes.transLimits.inverted().transform([middle - along, middle + along]))[:, None]
+
+
+def slope_note(ground: Ground) -> list[str]:
+    """Returns what to say of the arrow uphill below a figure; nothing on a level floor."""
+    return [f"Arrow: uphill, {degrees(ground.slope)}."] if ground.slope else []
 
 
 def _shape(patch: Patch) -> tuple[Artist, np.ndarray]:

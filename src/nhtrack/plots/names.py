@@ -38,10 +38,12 @@ class Path(NamedTuple):
     Attributes:
         points: shape (t, k, 2) for k lines; NaN leaves a gap.
         colour: of the name.
+        tied: whether a thin line goes from the name to the lines.
     """
 
     points: np.ndarray
     colour: str
+    tied: bool = False
 
 
 def name_paths(axes: Axes, paths: Mapping[str, Path], nameless: Sequence[np.ndarray] = ()) -> None:
@@ -74,6 +76,20 @@ def name_paths(axes: Axes, paths: Mapping[str, Path], nameless: Sequence[np.ndar
         x, y = map(float, axes.transData.inverted().transform(boxes[best].mean(axis=-1)))
         text = axes.text(x, y, plain(name), ha="center", va="center", fontsize=_size(), color=colour, zorder=6)
         text.set_path_effects([withStroke(linewidth=2.5, foreground="white")])
+        if paths[name].tied:
+            _tie(axes, boxes[best], own, colour)
+
+
+def _tie(axes: Axes, box: np.ndarray, points: np.ndarray, colour: str) -> None:
+    """Draws a line from a name's box (2, 2) to the nearest of points (m, 2) in the panel, both in pixels."""
+    frame = axes.get_window_extent()
+    seen = points[((points >= frame.min) & (points <= frame.max)).all(axis=1)]
+    if not len(seen):
+        return
+    edges = np.clip(seen, box[:, 0], box[:, 1])
+    nearest = int(np.hypot(*(seen - edges).T).argmin())
+    ends = axes.transData.inverted().transform(np.stack([edges[nearest], seen[nearest]]))
+    axes.add_artist(Line2D(*ends.T, color=colour, linewidth=0.5, zorder=5.9))
 
 
 def _dots(axes: Axes) -> float:

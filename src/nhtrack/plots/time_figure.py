@@ -1,21 +1,24 @@
 """Panels over time, one below the other: a curve a robot, with its name at its end.
 
 More than `CROWD` followers are drawn as their median and their extremes, of every instant: the worst where magnitudes
-are shown, the highest and the lowest where signs are.
+are shown, the highest and the lowest where signs are. Where a short peak dwarfs the rest a panel's axis has a
+knee (`nhtrack.presentation.bend`).
 """
 
 from __future__ import annotations
 
 import warnings
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import LogLocator, MaxNLocator, NullLocator
+from matplotlib.patheffects import withStroke
+from matplotlib.ticker import FixedLocator, Formatter, LogLocator, MaxNLocator, NullLocator
 
-from nhtrack.colours import BAND_COLOUR, INK, robot_colour
+from nhtrack.colours import BAND_COLOUR, INK, PAPER, robot_colour
 from nhtrack.plots.margins import (
     EDGE,
     Box,
@@ -30,6 +33,7 @@ from nhtrack.plots.margins import (
 )
 from nhtrack.plots.names import ends_room, name_ends
 from nhtrack.plots.style import COLUMN, panel_title, run_title, time_axes, write_note
+from nhtrack.presentation.bend import bent, bent_ticks, knee_of, straightened
 from nhtrack.presentation.shown import CROWD
 from nhtrack.recording import Recording
 
@@ -40,6 +44,7 @@ LIMIT: dict[str, Any] = {"color": INK, "linewidth": 0.7, "linestyle": (0, (6, 3)
 # What a limit is stands at the panel's right: at a place of the panel, or, with `LIMIT_AT`, at a value.
 LIMIT_TEXT: dict[str, Any] = {
     "xycoords": "axes fraction", "textcoords": "offset points", "ha": "right", "fontsize": 6.0, "color": INK,
+    "path_effects": [withStroke(linewidth=2.0, foreground=PAPER)], "zorder": 5,
 }  # fmt: skip
 LIMIT_AT: dict[str, Any] = {"xycoords": ("axes fraction", "data")}
 
@@ -48,6 +53,7 @@ _GAP = 0.08  # [in] between a panel and the title of the next
 _LEFT, _RIGHT = 0.4, 0.5  # [in] beside the panels until it is known what is written there
 _DECADES = 6  # log axes show at most this many: below is rounding, not tracking
 _EXTREME: dict[str, Any] = {"linewidth": 0.6}
+_KNEE: dict[str, Any] = {"color": "#666666", "linewidth": 0.6, "linestyle": (0, (1, 1.5)), "zorder": 1}
 
 
 class _End(NamedTuple):
@@ -77,6 +83,8 @@ class Sheet:
         self.panels: list[Axes] = list(self.figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0])
         self._recording = recording
         self._ends: list[list[_End]] = [[] for _ in panels]
+        self._drawn: list[list[np.ndarray]] = [[] for _ in panels]
+        self._knees: list[float | None] = [None for _ in panels]
         for k, (axes, (title, label)) in enumerate(zip(self.panels, panels, strict=True)):
             panel_title(axes, "abcdefgh"[k], title)
             axes.set_ylabel(label)
@@ -128,6 +136,16 @@ class Sheet:
             ends.append(_End(robots[place], colour, float(known[-1])))
         if named:
             self._ends[row] += ends
+        self._drawn[row].append(values)
+        self._bend(row)
+
+    def _bend(self, row: int) -> None:
+        """Gives a panel's axis a knee where a short peak dwarfs the rest of what is drawn there."""
+        knee = self._knees[row] = knee_of(np.concatenate(self._drawn[row], axis=1))
+        if knee is not None:
+            scale = partial(bent, knee=knee), partial(straightened, knee=knee)
+            self.panels[row].set_yscale("function", functions=scale)
+            self.panels[row].yaxis.set_major_formatter(_BentNumbers())
 
     def _draw_crowd(self, row: int, band: np.ndarray, magnitude: bool, **line: Any) -> list[_End]:
         axes, time = self.panels[row], self._recording.time
@@ -147,6 +165,7 @@ class Sheet:
     def logarithmic(self, row: int) -> None:
         """Makes a panel's axis logarithmic, over the whole decades of its curves but what is next to nothing."""
         axes = self.panels[row]
+        self._knees[row] = None
         axes.set_yscale("log")
         axes.yaxis.set_minor_locator(NullLocator())
         axes.yaxis.set_major_formatter(Decades())
@@ -165,7 +184,7 @@ class Sheet:
         followers = len(self._recording.robots) - 1
         crowd = [f"Of the {followers} followers: median and extremes at every instant."] if followers > CROWD else []
         above = run_title(self.figure, self._recording) or EDGE
-        below = write_note(self.figure, self._recording, *notes, *crowd) + axis_room()
+        below = write_note(self.figure, self._recording, *notes, *crowd, *self._draw_knees()) + axis_room()
         numbers = max(number_width(axes.yaxis) for axes in self.panels)
         left = EDGE + label_room(numbers)
         right = ends_room([end.name for ends in self._ends for end in ends], COLUMN - left)
@@ -176,6 +195,30 @@ class Sheet:
                 names, colours, values = zip(*ends, strict=True)
                 name_ends(axes, names, colours, np.array(values))
         return self.figure
+
+
+    def _draw_knees(self) -> list[str]:
+        """Draws where axes bend, with their numbers; returns what to say of it."""
+        for axes, knee in zip(self.panels, self._knees, strict=True):
+            if knee is not None:
+                low, high = axes.get_ylim()
+                axes.yaxis.set_major_locator(FixedLocator(bent_ticks(low, high, knee)))
+                for side in (-knee, knee):
+                    if low < side < high:
+                        axes.axhline(side, **_KNEE)
+        return ["Logarithmic beyond the dotted lines."] if any(self._knees) else []
+
+
+class _BentNumbers(Formatter):
+    """The numbers of an axis with a knee: each with the decimals it needs itself."""
+
+    def __call__(self, x: float, pos: int | None = None) -> str:
+        """Returns a single number as text."""
+        return f"{x:g}".replace("-", "\N{MINUS SIGN}") if x == 0 or 1e-3 <= abs(x) < 1e4 else Numbers()(x)
+
+    def format_ticks(self, values: Iterable[float]) -> list[str]:
+        """Returns the numbers of an axis as texts."""
+        return [self(value) for value in values]
 
 
 def zeros_as_gaps(values: np.ndarray) -> np.ndarray:

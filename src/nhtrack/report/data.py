@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from nhtrack.analysis.metrics import heading_error, position_error, position_gap
+from nhtrack.analysis.touches import touch_place, touches
 from nhtrack.colours import GRIP, ICE
 from nhtrack.presentation.shown import CROWD, Span, covered, ground_of
 from nhtrack.presentation.thinned import even_rows
@@ -50,6 +51,10 @@ def payload(recording: Recording, wrong: Iterable[Span]) -> dict[str, Any]:
         "backend": "MuJoCo" if recording.backend == "mujoco" else "ideal integrator",
         "frames": frames,
         "floor": _floor(recording),
+        "touches": [
+            {"time": event.start} | dict(zip("xy", numbers(touch_place(recording, event), DIGITS), strict=True))
+            for event in touches(recording)
+        ],
         "panels": make_panels(recording, DIGITS),
         "spells": [[float(f"{edge:.{DIGITS}g}") for edge in span] for span in covered(wrong)],
     }

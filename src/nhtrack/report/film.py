@@ -25,11 +25,13 @@ class Film:
         base64: the MP4 file.
         speed: seconds of the robot per second of film; None where the file does not tell how long it lasts.
         caption: how it was filmed.
+        ratio: width over height of its pictures.
     """
 
     base64: str
     speed: float | None
     caption: str
+    ratio: float
 
 
 def read_film(path: Path, recording: Recording) -> Film:
@@ -41,7 +43,9 @@ def read_film(path: Path, recording: Recording) -> Film:
     """
     content, wanted = path.read_bytes(), recording.scenario.video
     speed = wanted.speed or _speed(content, recording, wanted.fps)
-    return Film(base64.b64encode(content).decode(), speed, _caption(speed, wanted.camera))
+    width, height = wanted.size
+    encoded = base64.b64encode(content).decode()
+    return Film(encoded, speed, _caption(speed, wanted.camera), round(width / height, 4))
 
 
 def duration_of(content: bytes) -> float | None:
@@ -72,7 +76,7 @@ def _caption(speed: float | None, camera: str) -> str:
     seen = _CAMERAS[camera]
     if speed is None:
         return f"{seen}."
-    return f"{seen}; {_pace(speed)}. It moves with the time of the plots, and they move with it."
+    return f"{seen}; {_pace(speed)}. It moves with the time of the plots."
 
 
 def _pace(speed: float) -> str:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 
 import numpy as np
@@ -10,16 +9,16 @@ from markupsafe import Markup
 
 from nhtrack.arrays import Array
 from nhtrack.colours import ink_on, robot_colour
-from nhtrack.network import Network
-from nhtrack.presentation.graph_layout import graph_places, graph_radius
+from nhtrack.network import generations
+from nhtrack.presentation.graph_layout import graph_layout
 from nhtrack.presentation.shown import short_name
 
-_INCH = 110.0  # [px] of an inch of the layout
+_INCH = 120.0  # [px] of an inch of the layout
 _WIDTH = 6.0  # [in] between the outermost robots, at most
-_RADIUS = 14.0  # of a robot, where there is room [px]
-_MARGIN = 22.0
-
-Spot = tuple[float, float]
+_RADIUS = 0.13  # [in] of a robot, where there is room
+_MARGIN = 32.0  # [px] around the circles
+_LETTER = 6.2  # [px] width of a letter of a name
+_BELOW = 12.0  # [px] from a circle to the base line of its name
 
 
 def graph_svg(parents: Mapping[str, Sequence[str]], colours: Sequence[str] = ()) -> Markup:
@@ -29,40 +28,38 @@ def graph_svg(parents: Mapping[str, Sequence[str]], colours: Sequence[str] = ())
         parents: of every robot by name; the root has none.
         colours: of the robots, `#RRGGBB`; by default those of their places.
     """
-    looks = dict(zip(parents, colours, strict=True)) if colours else {}
-    network = Network.from_parents(parents)
-    places = graph_places(parents, _WIDTH)
-    spots, radius = _spots(places), _INCH * graph_radius(places, _RADIUS / _INCH)
-    width, height = (max(spot[side] for spot in spots) + _MARGIN for side in (0, 1))
-    edges = [(parent, child) for child, others in enumerate(network.parents) for parent in others]
-    lines = Markup("").join(_edge(spots[parent], spots[child], radius) for parent, child in edges)
+    looks = colours or [robot_colour(place) for place in range(len(parents))]
+    layout = graph_layout(parents, _WIDTH, _RADIUS)
+    everything = np.concatenate([np.array(list(layout.places.values())), *layout.ways.values()]) * (1.0, -1.0)
+    corner = _MARGIN - _INCH * everything.min(axis=0)
+    width, height = _INCH * np.ptp(everything, axis=0) + 2 * _MARGIN
+    arrows = Markup("").join(_arrow(corner + _INCH * way * (1.0, -1.0)) for way in layout.ways.values())
+    letters = int(_INCH * layout.name_width / _LETTER)
     robots = Markup("").join(
-        _robot(spots[k], radius, name, looks.get(name, robot_colour(k))) for k, name in enumerate(network.names)
+        _robot(corner + _INCH * spot * (1.0, -1.0), _INCH * layout.radius, name, colour, letters)
+        for (name, spot), colour in zip(layout.places.items(), looks, strict=True)
     )
-    label = f"Communication graph of {len(network)} robots in {len(network.levels)} levels"
+    label = f"Communication graph of {len(parents)} robots in {len(list(generations(parents)))} levels"
     return Markup(
         '<svg class="graph" role="img" aria-label="{}" viewBox="0 0 {:.0f} {:.0f}" width="{:.0f}" height="{:.0f}">'
         '<defs><marker id="tip" viewBox="0 0 8 8" refX="7" refY="4" markerWidth="7" markerHeight="7" orient="auto">'
         '<path d="M0,0.8 L8,4 L0,7.2 z"/></marker></defs><g class="edges">{}</g>{}</svg>'
-    ).format(label, width, height, width, height, lines, robots)
+    ).format(label, width, height, width, height, arrows, robots)
 
 
-def _spots(places: Mapping[str, Array]) -> list[Spot]:
-    """Returns where robots stand [px], from the upper left."""
-    spots = _INCH * np.array(list(places.values())) * (1.0, -1.0)
-    return [(float(x), float(y)) for x, y in spots - spots.min(axis=0) + _MARGIN]
+def _arrow(way: Array) -> Markup:
+    """Returns an arrow along a way, see `GraphLayout.ways`, in pixels."""
+    start, *corners = (f"{x:.1f},{y:.1f}" for x, y in way)
+    return Markup('<path d="M{}C{}" marker-end="url(#tip)"/>').format(start, " ".join(corners))
 
 
-def _edge(start: Spot, end: Spot, radius: float) -> Markup:
-    """Returns an arrow from the rim of one robot to that of another."""
-    length = math.dist(start, end)
-    x, y = ((radius + 2) * (b - a) / length for a, b in zip(start, end, strict=True))
-    places = start[0] + x, start[1] + y, end[0] - x, end[1] - y
-    return Markup('<line x1="{:.1f}" y1="{:.1f}" x2="{:.1f}" y2="{:.1f}" marker-end="url(#tip)"/>').format(*places)
-
-
-def _robot(spot: Spot, radius: float, name: str, colour: str) -> Markup:
-    circle = Markup('<circle cx="{:.1f}" cy="{:.1f}" r="{:.1f}" fill="{}"/>').format(*spot, radius, colour)
-    place = spot[0], spot[1] + 4, ink_on(colour), short_name(name)
-    text = Markup('<text x="{:.1f}" y="{:.1f}" fill="{}">{}</text>').format(*place)
-    return Markup("<g><title>{}</title>{}{}</g>").format(name, circle, text)
+def _robot(spot: Array, radius: float, name: str, colour: str, letters: int) -> Markup:
+    """Returns a robot: its number in its circle, and its name below where there is room for some letters."""
+    short, (x, y) = short_name(name), spot
+    parts = Markup('<circle cx="{:.1f}" cy="{:.1f}" r="{:.1f}" fill="{}"/>').format(x, y, radius, colour)
+    if short.isdigit() or short == name or not letters:  # a letter says no more than the name below
+        parts += Markup('<text x="{:.1f}" y="{:.1f}" fill="{}">{}</text>').format(x, y + 4, ink_on(colour), short)
+    if letters and short != name:
+        below = name if len(name) <= letters else f"{name[: letters - 1]}…"
+        parts += Markup('<text class="name" x="{:.1f}" y="{:.1f}">{}</text>').format(x, y + radius + _BELOW, below)
+    return Markup("<g><title>{}</title>{}</g>").format(name, parts)

@@ -12,6 +12,7 @@ from nhtrack.analysis.event import first_touch
 from nhtrack.analysis.metrics import heading_error, heading_gap, of_largest_magnitude, position_error, position_gap
 from nhtrack.analysis.touches import touches
 from nhtrack.colours import BAND_COLOUR, robot_colour, robot_dashes
+from nhtrack.presentation.bend import bent_ticks, knee_of
 from nhtrack.presentation.numbers import common_prefix, seconds
 from nhtrack.presentation.shown import CROWD
 from nhtrack.presentation.thinned import extreme_rows
@@ -170,7 +171,7 @@ def band_of(members: np.ndarray) -> np.ndarray:
 
 
 def _plain(panel: Panel, recording: Recording, most: int, digits: int) -> dict[str, Any]:
-    curves = []
+    curves, knee = [], None if panel.logarithmic else knee_of(panel.values)
     for look, columns in _curves(panel, recording):
         rows = extreme_rows(columns, most)
         lines = numbers(columns[rows].T, digits)
@@ -183,9 +184,18 @@ def _plain(panel: Panel, recording: Recording, most: int, digits: int) -> dict[s
         "unit": panel.unit,
         "held": panel.held,
         "decades": decades(panel.values) if panel.logarithmic else None,
+        "knee": knee,
+        "ticks": [] if knee is None else bent_ticks(*_ends(panel), knee),
         "limits": [{"name": name, "value": value} for name, value in panel.limits],
         "curves": curves,
     }
+
+
+def _ends(panel: Panel) -> tuple[float, float]:
+    """Returns the smallest and the largest of a panel's values and limits."""
+    known = panel.values[np.isfinite(panel.values)]
+    limits = [value for _, value in panel.limits]
+    return min([float(known.min()), *limits]), max([float(known.max()), *limits])
 
 
 def decades(values: np.ndarray) -> list[float] | None:

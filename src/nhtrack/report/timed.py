@@ -36,6 +36,8 @@ def timed_contents(recording: Recording, data: dict[str, Any]) -> dict[str, Any]
     """
     return {
         "groups": _groups(data["panels"]),
+        "bends": any(panel["decades"] or panel["knee"] for panel in data["panels"]),
+        "knees": any(panel["knee"] for panel in data["panels"]),
         "crowd": len(recording.robots) - 1 > CROWD,
         "backend": recording.backend,
         "scales": {"length": recording.length_scale, "time": recording.time_scale},
@@ -46,10 +48,8 @@ def timed_contents(recording: Recording, data: dict[str, Any]) -> dict[str, Any]
 
 
 def _groups(panels: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Returns the headings over the panels, each with its panels and whether any of them has a logarithmic axis."""
+    """Returns the headings over the panels, each with its panels."""
     headings = list(dict.fromkeys(panel["group"] for panel in panels))
-    grouped = [(name, [panel for panel in panels if panel["group"] == name]) for name in headings]
     return [
-        {"name": name, "panels": members, "logarithmic": any(panel["decades"] for panel in members)}
-        for name, members in grouped
+        {"name": name, "panels": [panel for panel in panels if panel["group"] == name]} for name in headings
     ]

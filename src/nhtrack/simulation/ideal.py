@@ -79,8 +79,8 @@ class IdealSimulation:
         """Places the robots; see `Simulation.reset`."""
         require_rolling(state)
         self._shape = np.shape(state.g)[:-2]
-        g = np.array(state.g, dtype=float).reshape(-1, *np.shape(state.g)[-2:])
-        xi = np.array(state.xi, dtype=float).reshape(g.shape)
+        g = np.array(state.g, dtype=float, order="C").reshape(-1, *np.shape(state.g)[-2:])
+        xi = np.array(state.xi, dtype=float, order="C").reshape(g.shape)
         count, robots = g.shape[:2]
         self.motion = flow.Flow(
             g=g,
@@ -102,7 +102,7 @@ class IdealSimulation:
 
     def step(self, u: Array) -> State:
         """Advances one period by the exact flow; see `Simulation.step`."""
-        self._drive(np.array(u, dtype=float)[None], make_track(0, self.motion, telemetry=False))
+        self._drive(np.array(u, dtype=float, order="C")[None], make_track(0, self.motion, telemetry=False))
         self._periods += 1
         failure = self.failure()
         if failure is not None:
@@ -113,7 +113,7 @@ class IdealSimulation:
         """Drives the robots by inputs known beforehand; see `Simulation.drive_by`."""
         begin = self._state()
         track = make_track(len(u), self.motion, telemetry=self.measured)
-        self._drive(np.array(u, dtype=float), track)
+        self._drive(np.array(u, dtype=float, order="C"), track)
         self._periods += int(track.written.min(initial=len(u)))
         failure = self.failure(self._periods + 1)
         if failure is not None:

@@ -173,7 +173,7 @@ class MujocoSimulation:
 
     def _drive(self, u: Array, track: Track) -> None:
         """Drives the simulations by inputs, shape (k, ..., n, 2), a share of them in every thread."""
-        held = np.ascontiguousarray(u, dtype=float).reshape(len(u), *self.motion.u.shape)
+        held = np.array(u, dtype=float, order="C").reshape(len(u), *self.motion.u.shape)
         shares = np.linspace(0, len(self.motion.g), min(self._threads, len(self.motion.g)) + 1).astype(int)
         tasks = [
             (self.wheels, place, self.motion, int(first), int(last), held, track, self.keep_going)

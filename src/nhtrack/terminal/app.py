@@ -6,11 +6,9 @@ that diverged; 130 interrupted by the user.
 
 from __future__ import annotations
 
-import logging
-import signal
-import subprocess
+import errno
+import os
 import warnings
-from types import FrameType
 from typing import Annotated, Any, NoReturn
 
 import typer
@@ -25,11 +23,12 @@ from nhtrack.errors import (
     RobotError,
     ScenarioError,
     SimulationDiverged,
+    WriteError,
 )
+from nhtrack.terminal.stopping import comes_of_interruption
 
+_FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)  # what a disk says that takes no more
 EXIT_ERROR, EXIT_SCENARIO, EXIT_DIVERGED, EXIT_INTERRUPTED = 1, 2, 3, 130
-_LATER = 0.01  # [s] when an interruption is tried again
-_STARTING = (subprocess.Popen.__init__.__code__, subprocess.Popen._execute_child.__code__)  # type: ignore[attr-defined]
 
 
 def fail(message: str, code: int = EXIT_ERROR) -> NoReturn:
@@ -49,28 +48,36 @@ class Commands(TyperGroup):
             fail("interrupted", EXIT_INTERRUPTED)
 
     def invoke(self, ctx: Any) -> Any:
-        """Runs the command that was asked for."""
+        """Runs the command that was asked for; what stops it is told with the notes that were added on its way."""
         try:
             return super().invoke(ctx)
-        except ScenarioError as error:
-            fail(str(error), EXIT_SCENARIO)
-        except RefusedError as error:
-            fail(f"refused: {error}", EXIT_SCENARIO)
-        except FeasibilityError as error:
-            fail(f"infeasible: {error}", EXIT_SCENARIO)
-        except (RobotError, RecordingError) as error:
-            fail(f"error: {error}", EXIT_SCENARIO)
-        except SimulationDiverged as error:
-            fail(f"diverged: {error}", EXIT_DIVERGED)
-        except NhtrackError as error:
-            fail(f"error: {error}")
-        except KeyboardInterrupt:
-            fail("interrupted", EXIT_INTERRUPTED)
         except BrokenPipeError:
             raise  # the reader of our output left: typer ends quietly
-        except OSError as error:
-            fail(f"error: {error}")
+        except typer.Exit:
+            raise
+        except (Exception, KeyboardInterrupt) as stopped:
+            notes = getattr(stopped, "__notes__", ())
+            if comes_of_interruption(stopped):
+                stopped = KeyboardInterrupt()
+            elif isinstance(stopped, OSError) and stopped.filename is None and stopped.errno in _FULL:
+                stopped = WriteError(f"cannot write the output: {os.strerror(stopped.errno)}")
+            elif not isinstance(stopped, NhtrackError | OSError):
+                raise
+            said, code = next((said, code) for kind, said, code in _ENDS if isinstance(stopped, kind))
+            fail("; ".join([said.format(stopped), *notes]), code)
 
+
+# What a command that is stopped says, and its exit code; the first that fits.
+_ENDS: tuple[tuple[type[BaseException], str, int], ...] = (
+    (KeyboardInterrupt, "interrupted", EXIT_INTERRUPTED),
+    (ScenarioError, "{}", EXIT_SCENARIO),
+    (RefusedError, "refused: {}", EXIT_SCENARIO),
+    (FeasibilityError, "infeasible: {}", EXIT_SCENARIO),
+    (RobotError, "error: {}", EXIT_SCENARIO),
+    (RecordingError, "error: {}", EXIT_SCENARIO),
+    (SimulationDiverged, "diverged: {}", EXIT_DIVERGED),
+    (BaseException, "error: {}", EXIT_ERROR),
+)
 
 app = typer.Typer(
     cls=Commands,
@@ -83,24 +90,10 @@ app = typer.Typer(
 
 
 def run_app() -> None:
-    """Runs the command line; what is asked to end (SIGTERM) ends as if interrupted, and keeps what it has."""
-    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGALRM):
-        if signal.getsignal(number) is not signal.SIG_IGN:
-            signal.signal(number, _interrupt)
+    """Runs the command line."""
     gl.withhold()
     warnings.filterwarnings("ignore", "law .* runs as Python")  # the commands say it themselves
     app()
-
-
-def _interrupt(number: int, frame: FrameType | None) -> None:
-    """Raises KeyboardInterrupt, a little later while a process is being started.
-
-    In what logging does beside the fork Python would ignore it; in what starts the process nobody would end that.
-    """
-    if frame is not None and (frame.f_code in _STARTING or frame.f_code.co_filename == logging.__file__):
-        signal.setitimer(signal.ITIMER_REAL, _LATER)
-        return
-    raise KeyboardInterrupt
 
 
 def _print_version(wanted: bool) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -48,8 +49,11 @@ def shown_progress(wanted: bool | Observer | None = True) -> Iterator[Stage]:
     elif console.is_terminal:
         with _bars(console) as bars:
             yield _drawn_by(bars)
+    elif wanted:
+        with _lines() as stage:
+            yield stage
     else:
-        yield _told_to(_lines() if wanted else lambda name, done, total: None)
+        yield _told_to(lambda name, done, total: None)
 
 
 def _told_to(observer: Observer) -> Stage:
@@ -96,16 +100,31 @@ def _notebook_bars() -> Iterator[Stage]:
         handle.update({"text/plain": ""}, raw=True)
 
 
-def _lines() -> Observer:
-    """Returns what writes a line a minute on stderr, for logs."""
-    began = last = time.monotonic()
+@contextmanager
+def _lines() -> Iterator[Stage]:
+    """Writes a line a minute on stderr, for logs, also of work that reports nothing for longer."""
+    began, over = time.monotonic(), threading.Event()
+    at = ("", 0, 0)
 
-    def observe(name: str, done: int, total: int) -> None:
-        nonlocal last
-        now = time.monotonic()
-        if now - last >= _LINES and total > 0:
-            sys.stderr.write(f"{name}: {100 * done / total:.0f} % after {now - began:.0f} s\n")
+    def stage(name: str) -> Report:
+        def report(done: int, total: int) -> None:
+            nonlocal at
+            at = name, done, total
+
+        report(0, 0)
+        return report
+
+    def tell() -> None:
+        while not over.wait(_LINES):
+            name, done, total = at
+            share = f"{100 * done / total:.0f} % " if total else ""
+            sys.stderr.write(f"{name or 'begun'}: {share}after {time.monotonic() - began:.0f} s\n")
             sys.stderr.flush()
-            last = now
 
-    return observe
+    teller = threading.Thread(target=tell, daemon=True)
+    teller.start()
+    try:
+        yield stage
+    finally:
+        over.set()
+        teller.join()

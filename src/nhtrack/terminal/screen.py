@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
 if TYPE_CHECKING:
-    from rich.console import Console
+    from rich.console import Console, ConsoleOptions, RenderableType
     from rich.table import Table
 
     from nhtrack.config.law_sections import LawSection
@@ -44,8 +45,32 @@ def print_warning(warning: str) -> None:
     sys.stderr.flush()
 
 
-def rich_table(table: ResultTable) -> Table:
-    """Returns a table of results in the manner of terminals."""
+def rich_table(table: ResultTable) -> _Fitted:
+    """Returns a table of results in the manner of terminals; a list of its values on a screen too narrow for it."""
+    return _Fitted(table)
+
+
+@dataclass(frozen=True)
+class _Fitted:
+    table: ResultTable
+
+    def __rich_console__(self, console: Console, options: ConsoleOptions) -> Iterator[RenderableType]:
+        headings, rows = self.table.headings, self.table.rows
+        columns = zip(headings, *(row.cells for row in rows), strict=True)
+        least = sum(2 + max(len(word) for cell in column for word in cell.split() or [""]) for column in columns)
+        yield _as_table(self.table) if least <= options.max_width else _as_list(self.table)
+
+
+def _as_list(table: ResultTable) -> str:
+    """Returns a line for each value, under the first of its row."""
+    lines = [f"[bold]{escape(table.title)}[/]"]
+    for row in table.rows:
+        first, *others = map(escape, row.cells)
+        lines += [first, *(f"  {name}: {cell}" for name, cell in zip(table.headings[1:], others, strict=True))]
+    return "\n".join([*lines, *map(escape, table.notes)])
+
+
+def _as_table(table: ResultTable) -> Table:
     from rich.table import Table
 
     shown = Table(title=escape(table.title), title_justify="left", title_style="bold", box=None, padding=(0, 1))

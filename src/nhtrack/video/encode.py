@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 import logging
 import subprocess
+import tempfile
 from collections.abc import Generator, Iterable
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,6 +19,8 @@ from nhtrack.errors import RenderError
 __all__ = ["FORMATS", "Encoder", "find_encoder", "write_film"]
 
 logging.getLogger("imageio_ffmpeg").setLevel(logging.ERROR)  # it warns of films that were interrupted
+
+_ROOM = 2**20  # bytes without which ffmpeg is taken to have failed for want of room
 
 # What ffmpeg is told for each ending of a file's name.
 FORMATS: dict[str, dict[str, Any]] = {
@@ -76,10 +79,11 @@ def write_film(frames: Iterable[np.ndarray], path: Path, size: tuple[int, int], 
 
     Raises:
         RenderError: ffmpeg failed while writing.
+        OSError: nothing more can be written there.
     """
     find_encoder()
     writer: Generator[None, bytes | None, None] = imageio_ffmpeg.write_frames(
-        str(path), size, fps=fps, quality=None, macro_block_size=2, ffmpeg_log_level="error", **FORMATS[path.suffix]
+        str(path), size, fps=fps, quality=None, macro_block_size=2, ffmpeg_log_level="fatal", **FORMATS[path.suffix]
     )
     sent = 0
     try:
@@ -88,9 +92,20 @@ def write_film(frames: Iterable[np.ndarray], path: Path, size: tuple[int, int], 
             writer.send(np.ascontiguousarray(frame).tobytes())
             sent += 1
     except OSError as error:
+        _require_room(path.parent)
         raise RenderError(f"ffmpeg could not write the film after {sent} frames: {error}") from error
     finally:
         writer.close()
-    written, _ = imageio_ffmpeg.count_frames_and_secs(str(path))  # ffmpeg's own failures are not reported on closing
+    try:
+        written, _ = imageio_ffmpeg.count_frames_and_secs(str(path))  # ffmpeg's failures are not reported on closing
+    except RuntimeError:  # not even the beginning of a film
+        written = 0
     if written != sent:
-        raise RenderError(f"ffmpeg wrote {written} of {sent} frames: is the disk full?")
+        _require_room(path.parent)
+        raise RenderError(f"ffmpeg wrote {written} of {sent} frames")
+
+
+def _require_room(folder: Path) -> None:
+    """Raises OSError where the disk is full: ffmpeg does not say why it failed."""
+    with tempfile.TemporaryFile(dir=folder) as file:
+        file.write(bytes(_ROOM))

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from nhtrack import se2
-from nhtrack.colours import rgb
+from nhtrack.colours import TOUCH, rgb
 from nhtrack.simulation.scene import Scene
 from nhtrack.video.bodies import fading
 from nhtrack.video.render_options import FLEET
@@ -25,11 +25,14 @@ _SKID, _LINE = 0.0015, 0.002
 _STACK = 0.0002  # between robots, so that what lies on each other does not flicker
 _LAYERS = 6  # of trails: more would float above the floor
 _WIDTH = 2.5  # of lines [pixels at 480 lines]
-_DISC, _FAR_DISC = 0.085, 0.016  # [m] radius of the root's disc; of all discs, per metre from the camera
+_DISC, _FAR_DISC = 0.085, 0.021  # [m] radius of the root's disc; of all discs, per metre from the camera
 HULL = 0.06  # [m] radius of a robot's own disc
 _CHEVRON = np.array([[1.05, 0.6], [1.7, 0.0], [1.05, -0.6]])  # ahead of a disc of unit radius, nose along +x
 SLOT = np.array([[-1.0, -1.0], [-1.0, 1.0], [0.7, 1.0], [1.5, 0.0], [0.7, -1.0], [-1.0, -1.0]])  # nose along +x
 SLOT_SIZE = 0.075  # [m] half its width
+_RING_SIDES = 36
+_CIRCLE = np.stack([f(np.linspace(0.0, 2 * np.pi, _RING_SIDES + 1)) for f in (np.cos, np.sin)], axis=-1)
+_CROSS = np.array([[-1.0, -1.0], [1.0, 1.0]])
 _RING_SIZE = 1.28  # radius of an ideal twin's ring over that of its robot's disc
 # Lines catch all light at once, that of a light with shadows too: this gives them their colour back, without and with.
 _LINE_SHADES = (1.0, 0.5)
@@ -64,7 +67,8 @@ class FloorLines:
     def room(self) -> int:
         """How many geoms the marks may need."""
         robots = len(self._timeline.trails)
-        return sum(each.time.size for each in self._timeline.trails) + len(self._timeline.skids) + 12 * robots
+        marks = len(self._timeline.skids) + _RING_SIDES * 2 * len(self._timeline.touches)
+        return sum(each.time.size for each in self._timeline.trails) + marks + 12 * robots
 
     def add(self, visual: mujoco.MjvScene, frame: int, distance: float) -> None:
         """Adds the marks of a frame, seen from so far away [m]."""
@@ -72,6 +76,7 @@ class FloorLines:
         self._add_skids(frame)
         self._add_trails(frame)
         self._add_slots(frame)
+        self._add_touches(frame, distance)
         self._add_pointers(frame, min(_FAR_DISC * distance, self._largest))
 
     def _add_skids(self, frame: int) -> None:
@@ -97,6 +102,21 @@ class FloorLines:
         for place in map(int, np.flatnonzero(np.isfinite(self._timeline.slot[frame, :, 0]))):
             corners = se2.act(self._timeline.slot[frame, place][None], self._scale * SLOT_SIZE * SLOT)
             self._add_line(self._at_height(np.asarray(corners), _LINE), self._pale(place, 1.0), 0.8 * self._width)
+
+    def _add_touches(self, frame: int, distance: float) -> None:
+        """Adds a cross wherever robots began to touch so far, and a ring around them while they do."""
+        now, rgba = self._timeline.time[frame], _solid(np.array(rgb(TOUCH)))
+        for touch in self._timeline.touches:
+            if touch.start > now:
+                continue
+            size = max(0.5 * self._scale * HULL, 0.012 * distance)
+            for cross in (_CROSS, _CROSS * [1.0, -1.0]):
+                self._add_line(self._at_height(touch.point + size * cross, _LINE), rgba, 1.3 * self._width)
+            if now <= touch.end:
+                one, other = self._timeline.pose[frame, list(touch.places), :2]
+                radius = np.hypot(*(other - one)) / 2 + max(1.5 * self._scale * HULL, 1.5 * size)
+                ring = (one + other) / 2 + radius * _CIRCLE
+                self._add_line(self._at_height(ring, _LINE), rgba, 1.3 * self._width)
 
     def _add_pointers(self, frame: int, far: float) -> None:
         """Adds discs and chevrons: where small robots are and head, whose place the root holds, where twins are.

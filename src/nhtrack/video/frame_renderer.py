@@ -21,6 +21,9 @@ if TYPE_CHECKING:
 
 __all__ = ["FrameRenderer"]
 
+_SPLIT_LETTERS = 0.85  # of what is written over a part of the picture, over those over a whole one
+_ABOVE = 0.11  # [m at nh_mini's size] height of names above the floor
+
 
 class FrameRenderer:
     """Draws any frame of a film; use as a context manager, which frees the OpenGL context.
@@ -46,12 +49,18 @@ class FrameRenderer:
             from nhtrack.video.chart import Chart, split  # Matplotlib, which every process of a crew would load
 
             view, self._beside = split(look.size)
-            self._chart = Chart(recording, timeline, self._beside.size)
+            self._chart = Chart(recording, timeline, self._beside.size, look.size[1] / 480)
         camera = "group" if look.camera == SPLIT else look.camera
         fovy = float(scene.model.vis.global_.fovy)
         path = plan_camera(camera, timeline.pose, fovy, view[0] / view[1], look.fps, robot_scale(scene))
         self._size, self._view = look.size, view
-        self._overlay = Overlay(recording, timeline, view)
+        tall = _ABOVE * robot_scale(scene)
+
+        def above(frame: int) -> np.ndarray:
+            points = np.column_stack([timeline.pose[frame, :, :2], np.full(len(recording.robots), tall)])
+            return path.project(frame, points, fovy, view)
+
+        self._overlay = Overlay(recording, timeline, view, above, max(view[1], _SPLIT_LETTERS * look.size[1]) / 480)
         self._stage = SceneRenderer(scene, timeline, path, view, quality, backend)
 
     def __len__(self) -> int:

@@ -1,12 +1,16 @@
-"""What the signs in the picture mean, in a line at its foot."""
+"""What the signs in the picture mean, at its foot."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 from PIL import Image, ImageDraw
 
+from nhtrack.colours import GRIP, ICE, TOUCH
+from nhtrack.ground import Ground
 from nhtrack.video.bodies import utilisation_colour
 from nhtrack.video.timeline import Timeline
 from nhtrack.video.typography import GREY, INK, PAPER, font
@@ -17,29 +21,42 @@ _RUBBER = np.array([0.06, 0.06, 0.06])
 _Sign = tuple[Callable[[ImageDraw.ImageDraw, float, float, float], None], float, str]
 
 
-def draw_legend(timeline: Timeline, unit: float) -> Image.Image | None:
+def draw_legend(
+    timeline: Timeline, unit: float, room: float = math.inf, ground: Ground | None = None
+) -> Image.Image | None:
     """Returns the legend of a film, or None where nothing wants an explanation.
 
     Args:
         timeline: the film.
         unit: pixels per pixel of a picture of 480 lines.
+        room: width that it may have; signs that do not fit go on in another line [pixels].
+        ground: what robots drive on.
     """
-    signs = signs_of(timeline)
+    signs = signs_of(timeline, ground)
     if not signs:
         return None
     letters, pad, height = font(11 * unit), 6 * unit, 20 * unit
-    widths = [sign_width * unit + 5 * unit + letters.getlength(text) for _, sign_width, text in signs]
-    gaps = 14 * unit * (len(signs) - 1)
-    panel = Image.new("RGBA", (round(sum(widths) + gaps + 2 * pad), round(height)), PAPER)
-    draw, left = ImageDraw.Draw(panel), pad
-    for (sign, sign_width, text), width in zip(signs, widths, strict=True):
-        sign(draw, left, height / 2, unit)
-        draw.text((left + (sign_width + 5) * unit, height / 2), text, font=letters, fill=INK, anchor="lm")
+    lines: list[list[tuple[float, _Sign]]] = [[]]
+    left = pad
+    for each in signs:
+        width = (each[1] + 5) * unit + letters.getlength(each[2])
+        if lines[-1] and left + width + pad > room:
+            lines.append([])
+            left = pad
+        lines[-1].append((left, each))
         left += width + 14 * unit
+    widest = max(left + (sign[1] + 5) * unit + letters.getlength(sign[2]) for line in lines for left, sign in line)
+    panel = Image.new("RGBA", (round(widest + pad), round(height * len(lines))), PAPER)
+    draw = ImageDraw.Draw(panel)
+    for row, line in enumerate(lines):
+        for left, (sign, width, text) in line:
+            middle = (row + 0.5) * height
+            sign(draw, left, middle, unit)
+            draw.text((left + (width + 5) * unit, middle), text, font=letters, fill=INK, anchor="lm")
     return panel
 
 
-def signs_of(timeline: Timeline) -> list[_Sign]:
+def signs_of(timeline: Timeline, ground: Ground | None = None) -> list[_Sign]:
     """Returns how each sign of a film is drawn, its width [pixels at 480 lines], and what it means."""
     signs: list[_Sign] = []
     if timeline.twin is not None:
@@ -50,7 +67,22 @@ def signs_of(timeline: Timeline) -> list[_Sign]:
         signs.append((_ramp, 46, "friction used, 0 to 100 %"))
     if timeline.skids:
         signs.append((_skid, 18, "wheel slid"))
+    if timeline.touches:
+        signs.append((_cross, 10, "robots touched"))
+    known = ground or Ground()
+    for friction in sorted({patch.friction for patch in known.patches}):
+        colour = ICE if friction < known.friction else GRIP
+        signs.append((partial(_patch, colour=colour), 12, f"friction {friction:g}"))
     return signs
+
+
+def _patch(draw: ImageDraw.ImageDraw, left: float, middle: float, unit: float, *, colour: str) -> None:
+    draw.ellipse((left, middle - 6 * unit, left + 12 * unit, middle + 6 * unit), fill=colour, outline=GREY)
+
+
+def _cross(draw: ImageDraw.ImageDraw, left: float, middle: float, unit: float) -> None:
+    for way in (-5 * unit, 5 * unit):
+        draw.line((left, middle - way, left + 10 * unit, middle + way), fill=TOUCH, width=round(2.5 * unit))
 
 
 def _ring(draw: ImageDraw.ImageDraw, left: float, middle: float, unit: float) -> None:

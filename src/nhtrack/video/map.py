@@ -8,6 +8,7 @@ import numpy as np
 from PIL import Image, ImageDraw
 
 from nhtrack import se2
+from nhtrack.presentation.numbers import quantity
 from nhtrack.video.timeline import Timeline
 from nhtrack.video.typography import GREY, PAPER, font
 
@@ -80,8 +81,7 @@ class Map:
         draw.line((left, level, right, level), fill=GREY, width=max(1, round(1.2 * unit)))
         for end in (left, right):
             draw.line((end, level - 2.5 * unit, end, level + 2.5 * unit), fill=GREY, width=max(1, round(1.2 * unit)))
-        text = f"{metres:g} m" if metres >= 1 else f"{100 * metres:g} cm"
-        draw.text((right + 4 * unit, level), text, font=font(9 * unit), fill=GREY, anchor="lm")
+        draw.text((right + 4 * unit, level), quantity(metres, "m"), font=font(9 * unit), fill=GREY, anchor="lm")
 
     def _sheet(self) -> Image.Image:
         width, height = (_FINE * side for side in self._size)

@@ -10,14 +10,27 @@ import numpy as np
 from nhtrack import se2
 from nhtrack.analysis.events import slip_speed
 from nhtrack.analysis.spells import spells
+from nhtrack.analysis.touches import touch_place, touches
 from nhtrack.recording import Recording
 from nhtrack.simulation.scene import Scene
 
-__all__ = ["LONGEST", "Skid", "Timeline", "Trail", "frame_times", "make_timeline", "make_trails", "pick_speed"]
+__all__ = [
+    "LONGEST",
+    "Skid",
+    "Timeline",
+    "TouchMark",
+    "Trail",
+    "frame_times",
+    "make_timeline",
+    "make_trails",
+    "pick_speed",
+]
 
 LONGEST = 25.0  # [s] of film, unless a speed is asked for
 _VERTICES = 800  # of all trails together, unless told otherwise: each costs some 10 microseconds a frame
 MOST_SKIDS = 300  # of all skid marks together
+MOST_TOUCHES = 60  # of all marks where robots touched
+SEEN = 0.6  # [s of film] for which a touch is told at least
 _OWN_PLACE = 1e-3  # [m] a place nearer than this to the robot that is followed is that robot's own
 _STILL, _TURN_WEIGHT = 1e-6, 0.3  # [m] shorter steps have no direction; [m/rad] of path that a turn is worth
 _SPEEDS = np.array([1, 2, 3, 4, 5, 6, 8, 10, 12, 15, 20, 25, 30, 40, 50, 60, 80, 100])
@@ -50,6 +63,25 @@ class Skid:
 
 
 @dataclass(frozen=True)
+class TouchMark:
+    """Where two robots touched.
+
+    Attributes:
+        start: robot time at which they began to [s].
+        end: at which they ceased to, or later where that is too soon to be seen [s].
+        point: the middle between them then [m], shape (2,).
+        robots: their names.
+        places: of them among all robots.
+    """
+
+    start: float
+    end: float
+    point: np.ndarray
+    robots: tuple[str, ...]
+    places: tuple[int, ...]
+
+
+@dataclass(frozen=True)
 class Timeline:
     """A film's frames and the state of the scene in each, f frames and n robots.
 
@@ -64,6 +96,7 @@ class Timeline:
         slot: poses the robots ought to take, shape (f, n, 3), NaN where that is another robot's pose.
         utilisation: share of friction that each wheel uses, shape (f, n, 2), or None.
         skids: where wheels slid, in the order of their times.
+        touches: where robots touched, in the order of their times.
     """
 
     time: np.ndarray
@@ -76,6 +109,7 @@ class Timeline:
     slot: np.ndarray | None = None
     utilisation: np.ndarray | None = None
     skids: tuple[Skid, ...] = ()
+    touches: tuple[TouchMark, ...] = ()
 
     def __len__(self) -> int:
         """Returns the number of frames."""
@@ -123,7 +157,18 @@ def make_timeline(
         slot=_interpolate(time, _slots(recording), at),
         utilisation=_utilisation(recording, at),
         skids=_skids(recording),
+        touches=_touches(recording, rate),
     )
+
+
+def _touches(recording: Recording, rate: float) -> tuple[TouchMark, ...]:
+    """Returns the marks of the hardest touches of robots; each is to be seen for a while of film."""
+    found = sorted(touches(recording), key=lambda event: -event.worst)[:MOST_TOUCHES]
+    marks = []
+    for event in sorted(found, key=lambda event: event.start):
+        end, places = max(event.end, event.start + SEEN * rate), tuple(map(recording.robots.index, event.robots))
+        marks.append(TouchMark(event.start, end, touch_place(recording, event), event.robots, places))
+    return tuple(marks)
 
 
 def _utilisation(recording: Recording, at: np.ndarray) -> np.ndarray | None:

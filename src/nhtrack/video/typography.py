@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from pathlib import Path
 
 import matplotlib as mpl
 from PIL import ImageFont
 
-__all__ = ["GREY", "INK", "PAPER", "font", "running_length"]
+__all__ = ["GREY", "INK", "PAPER", "font", "running_lengths"]
 
 PAPER, INK, GREY = (250, 250, 252, 205), (26, 26, 26), (105, 108, 115)
 
@@ -19,14 +20,19 @@ def font(pixels: float, *, bold: bool = False) -> ImageFont.FreeTypeFont:
     return ImageFont.truetype(str(Path(mpl.get_data_path()) / "fonts" / "ttf" / name), max(round(pixels), 8))
 
 
-def running_length(metres: float) -> str:
-    """Returns a distance with a unit that suits it; figures of constant width, so that they can be read running."""
-    if math.isnan(metres):
-        return "unknown"
-    if metres >= 1e4:
+def running_lengths(metres: Sequence[float]) -> list[str]:
+    """Returns distances in one unit, which suits the largest; of constant width, so that they can be read running."""
+    largest = max((abs(value) for value in metres if not math.isnan(value)), default=0.0)
+    return ["unknown" if math.isnan(value) else _in_unit_of(largest, value) for value in metres]
+
+
+def _in_unit_of(largest: float, metres: float) -> str:
+    """Returns a distance in the unit, and with the decimals, that suit the largest of some."""
+    if largest >= 1e4:
         return f"{metres:.0e} m"
-    if metres >= 1.0:
+    if largest >= 0.9995:
         return f"{metres:5.2f} m"
-    if metres >= 0.001:
-        return f"{100 * metres:5.1f} cm" if metres >= 0.01 else f"{1000 * metres:5.2f} mm"
-    return f"{1e6 * metres:5.1f} µm" if metres >= 1e-8 else "  0.0 µm"
+    if largest >= 0.001:
+        decimals = 0 if largest >= 0.1 else 1 if largest >= 0.01 else 2
+        return f"{1000 * metres:5.{decimals}f} mm"
+    return f"{1e6 * metres:5.1f} µm"

@@ -6,11 +6,13 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from nhtrack.plots.event_marks import make_room
 from nhtrack.plots.style import column_styled
 from nhtrack.plots.time_figure import LIMIT, LIMIT_AT, LIMIT_TEXT, Sheet
 from nhtrack.presentation.numbers import common_prefix, quantity
 from nhtrack.recording import Recording
 
+_TEXT_ROOM = 8.0  # [pt] for a line above the curves
 _NEAR = 0.4  # share of the limit that torques reach where the limit is drawn
 
 
@@ -39,6 +41,7 @@ def _draw_torque_limit(axes: Axes, limit: float, unit: str) -> None:
         return
     largest = float(np.abs(axes.get_ylim()).max())
     if largest < _NEAR * limit:
+        make_room(axes, _TEXT_ROOM)
         axes.annotate(f"motor limit: {quantity(limit, unit)}", (1.0, 1.0), xytext=(-2, -1), va="top", **LIMIT_TEXT)
         return
     for sign in (-1.0, 1.0):

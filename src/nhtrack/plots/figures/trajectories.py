@@ -16,8 +16,11 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from nhtrack.colours import INK, robot_colour
-from nhtrack.plots.ground import draw_ground, ground_of
+from nhtrack.analysis.event import Event
+from nhtrack.analysis.events import find_events
+from nhtrack.analysis.touches import touch_place
+from nhtrack.colours import INK, PAPER, robot_colour
+from nhtrack.plots.ground import draw_ground, draw_uphill, ground_of, slope_note
 from nhtrack.plots.margins import (
     EDGE,
     Box,
@@ -36,6 +39,7 @@ from nhtrack.plots.style import COLUMN, column_styled, panel_title, run_title, w
 from nhtrack.presentation.footprint import (
     Footprint,
     dart_outlines,
+    draw_dart,
     draw_footprint,
     footprint_of,
     is_seen,
@@ -47,19 +51,26 @@ from nhtrack.recording import Recording
 
 _DART = 8.0  # [pt] length of a robot that is too small to be drawn to scale
 _GAP, _RIGHT = 0.08, 0.10  # [in] between panels, and right of them: half a number of their horizontal axes
+_TOUCH: dict[str, Any] = {"marker": "X", "color": INK, "markeredgecolor": PAPER, "markersize": 5.0, "zorder": 5}
 _TWIN: dict[str, Any] = {"color": INK, "linewidth": 0.5, "dashes": (4, 5), "zorder": 2.5}
 
 
 @column_styled
-def trajectories(recording: Recording, fractions: Sequence[float] = (0.15, 0.25, 0.5, 1.0)) -> Figure:
+def trajectories(
+    recording: Recording,
+    fractions: Sequence[float] = (0.15, 0.25, 0.5, 1.0),
+    events: Sequence[Event] | None = None,
+) -> Figure:
     """Returns the paths so far, with oriented robots, at fractions of the run.
 
-    MuJoCo's path is solid; the ideal twin's is dashed over it. Hollow robots mark where each began. Robots are drawn to
-    scale in panels where they are large enough to be seen, and as darts of one size elsewhere.
+    MuJoCo's path is solid; the ideal twin's is dashed over it. Hollow robots mark where each began, crosses where
+    robots began to touch. Robots are drawn to scale in panels where they are large enough to be seen, and as darts of
+    one size elsewhere; a virtual leader has no wheels.
 
     Args:
         recording: the run; an interrupted one is shown as far as it went.
         fractions: shares of the run's end time, one panel each, in reading order.
+        events: of the run, if they are known; else they are looked for.
     """
     columns = 1 if len(fractions) == 1 else 2
     rows = -(-len(fractions) // columns)
@@ -76,12 +87,19 @@ def trajectories(recording: Recording, fractions: Sequence[float] = (0.15, 0.25,
     for axes in panels.flat[len(fractions) :]:
         axes.remove()
     _label_lengths(panels)
-    _place(figure, panels, shape, run_title(figure, recording) or EDGE, _write_notes(figure, recording, twin))
+    found = find_events(recording) if events is None else events
+    touches = [(event.start, touch_place(recording, event)) for event in found if event.touch is not None]
+    said = [*slope_note(ground), *(["Cross: robots touched."] if touches else [])]
+    _place(figure, panels, shape, run_title(figure, recording) or EDGE, _write_notes(figure, recording, twin, said))
     for axes, last in zip(panels.flat, lasts, strict=False):
         patches = draw_ground(axes, ground)
         _draw_paths(axes, pose[:last], None if twin is None else twin[:last])
-        _draw_robots(axes, pose[:last], footprint)
-    _write_names(panels.flat[len(fractions) - 1], recording, patches)
+        _draw_robots(axes, pose[:last], footprint, virtual_root=recording.scenario.leader.virtual)
+        arrow = draw_uphill(axes, ground, pose[:last, :, :2])
+        for time, place in touches:
+            if time <= recording.time[last - 1]:
+                axes.plot(*place, **_TOUCH)
+    _write_names(panels.flat[len(fractions) - 1], recording, patches, arrow)
     return figure
 
 
@@ -155,30 +173,34 @@ def _draw_paths(axes: Axes, pose: np.ndarray, twin: np.ndarray | None) -> None:
             axes.plot(*twin[:, place, :2].T, **_TWIN)
 
 
-def _draw_robots(axes: Axes, pose: np.ndarray, footprint: Footprint | None) -> None:
+def _draw_robots(axes: Axes, pose: np.ndarray, footprint: Footprint | None, *, virtual_root: bool) -> None:
     """Draws the robots where they began and where they are, to scale if that can be seen."""
     if footprint is None or not is_seen(footprint, axes):
         draw_glyphs(axes, pose, _DART / points_per_metre(axes))
         return
     for index, hollow, zorder in ((0, True, 3.0), (-1, False, 4.0)):
-        for place in range(pose.shape[1]):
+        if virtual_root:
+            look = {"edgecolor": robot_colour(0), "facecolor": PAPER if hollow else (robot_colour(0), 0.65)}
+            draw_dart(axes, pose[index, 0], 2 * footprint.half_separation, linewidth=0.6, zorder=zorder, **look)
+        for place in range(int(virtual_root), pose.shape[1]):
             draw_footprint(axes, pose[index, place], footprint, robot_colour(place), hollow=hollow, zorder=zorder)
 
 
-def _write_names(axes: Axes, recording: Recording, patches: Mapping[str, Path]) -> None:
+def _write_names(axes: Axes, recording: Recording, patches: Mapping[str, Path], arrow: np.ndarray) -> None:
     """Writes the robots' names beside their paths, the root's alone in a crowd, and what patches are."""
     pose = recording["pose"].values
     shown, crowded = pose[..., :2], len(recording.robots) - 1 > CROWD
     named = recording.robots[:1] if crowded else recording.robots
     paths = {name: Path(shown[:, place : place + 1], robot_colour(place)) for place, name in enumerate(named)}
     outlines = dart_outlines(axes, np.concatenate([pose[0], pose[-1]]), _DART)
-    name_paths(axes, paths | dict(patches), [outlines, shown[:, 1:]] if crowded else [outlines])
+    nameless = [outlines, *([arrow] if arrow.size else []), *([shown[:, 1:]] if crowded else [])]
+    name_paths(axes, paths | dict(patches), nameless)
 
 
-def _write_notes(figure: Figure, recording: Recording, twin: np.ndarray | None) -> float:
-    """Says what lines and robots mean; returns the height that this takes up [in]."""
+def _write_notes(figure: Figure, recording: Recording, twin: np.ndarray | None, more: Sequence[str]) -> float:
+    """Says what lines and robots mean, and more; returns the height that this takes up [in]."""
     notes = ["Hollow: start."] + (["Dashed: ideal twin."] if twin is not None else [])
     footprint = footprint_of(recording)
     if footprint is not None:
         notes.append(scale_note(footprint))
-    return write_note(figure, recording, *notes)
+    return write_note(figure, recording, *notes, *more)

@@ -9,7 +9,9 @@ const INKS = {
 };
 // The page follows the window by itself, since overlays have to. Panels have no buttons: they zoom by dragging, and the
 // way from one to the next with the tab key stays short.
-const CONFIG = {displaylogo: false, responsive: false, modeBarButtonsToRemove: ['select2d', 'lasso2d', 'autoScale2d']};
+// Buttons are those named here and no others, whatever Plotly comes to have: none sends anything anywhere.
+const BUTTONS = [['toImage'], ['zoom2d', 'pan2d'], ['zoomIn2d', 'zoomOut2d', 'resetScale2d']];
+const CONFIG = {displaylogo: false, responsive: false, plotlyServerURL: '', showSendToCloud: false, modeBarButtons: BUTTONS};
 const PANEL_CONFIG = {...CONFIG, displayModeBar: false};
 
 function isDark() {

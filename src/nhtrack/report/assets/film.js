@@ -1,50 +1,63 @@
-// The film and the plots show one time: whichever of them moves takes the other along. Where the film ends before the
-// run does, it stays at its last picture.
+// The film shows the time of the plots and has no controls of its own. Where it ends before the run does, it stays at its
+// last picture.
 
 const film = document.getElementById('video');
 const NEAR = 0.02; // [s] of film, less than a picture lasts: not worth a jump
-const jump = {to: 0, due: false}; // where the plots have sent the film [s], and whether they have moved on since
+const DRIFT = 0.2; // [s] by which a film that plays may be off before it is sent to where it ought to be
+const RATES = [0.0625, 16]; // at which browsers play
+const jump = {due: false}; // whether the plots have moved on since the film was sent somewhere
 
 // Seconds of the robot per second of film; taken from the film's length where nothing else is known.
 function filmSpeed() {
   return data.film_speed ?? (duration - frames.time[0]) / film.duration;
 }
 
+// Where the film ought to be [s].
+function filmTime() {
+  return Math.min((frames.time[state.frame] - frames.time[0]) / filmSpeed(), film.duration);
+}
+
+function isFilmKnown() {
+  return film !== null && film.duration > 0 && filmSpeed() > 0;
+}
+
 // Sends the film to the time of the plots; a film that is still on its way is sent again when it has arrived.
 function seekFilm() {
-  if (!film || !(film.duration > 0 && filmSpeed() > 0)) return;
+  if (!isFilmKnown()) return;
   jump.due = film.seeking;
-  if (film.seeking) return;
-  const wanted = Math.min((frames.time[state.frame] - frames.time[0]) / filmSpeed(), film.duration);
-  if (Math.abs(wanted - film.currentTime) < NEAR) return;
-  jump.to = wanted;
-  film.currentTime = wanted;
+  if (film.seeking || Math.abs(filmTime() - film.currentTime) < NEAR) return;
+  film.currentTime = filmTime();
 }
 
-function followFilm() {
-  if (!(filmSpeed() > 0)) return;
-  show(frameAt(frames.time[0] + film.currentTime * filmSpeed() + 1e-6));
+// Lets the film play along where a browser can play that fast; elsewhere it is sent from picture to picture.
+function playFilm() {
+  if (!isFilmKnown()) return;
+  const rate = Number(speed.value) / filmSpeed();
+  seekFilm();
+  if (rate < RATES[0] || rate > RATES[1]) {
+    film.pause();
+    return;
+  }
+  film.playbackRate = rate;
+  film.play().catch(() => {}); // one that may not play is sent from picture to picture
 }
 
-// Follows a film that plays, picture by picture.
-function keepUp() {
-  if (!film.seeking) followFilm();
-  if (!film.paused) requestAnimationFrame(keepUp);
+// Keeps a film to the time of plots that move.
+function keepFilm() {
+  if (!isFilmKnown()) return;
+  if (film.paused || Math.abs(filmTime() - film.currentTime) > DRIFT * film.playbackRate) seekFilm();
+}
+
+function haltFilm() {
+  film?.pause();
+  seekFilm();
 }
 
 function listenToFilm() {
-  film?.addEventListener('play', () => {
-    setPlaying(false);
-    requestAnimationFrame(keepUp);
-  });
-  film?.addEventListener('seeking', () => {
-    if (Math.abs(film.currentTime - jump.to) > NEAR) {
-      jump.to = film.currentTime;
-      followFilm();
-    }
-  });
+  film?.addEventListener('click', () => setPlaying(!state.playing));
+  film?.addEventListener('loadedmetadata', seekFilm);
+  if (film?.readyState > 0) seekFilm();
   film?.addEventListener('seeked', () => {
     if (jump.due) seekFilm();
   });
-  film?.addEventListener('loadedmetadata', seekFilm);
 }

@@ -11,9 +11,14 @@ function isShown(kind) {
   return shown === 'both' || (shown === 'twin') === (kind === 'twin');
 }
 
+// A robot's path up to the time that is shown.
+function soFar(kind, place) {
+  return ['x', 'y'].map((side) => frames[kind][side][place].slice(0, state.frame + 1));
+}
+
 function paths(kind, look) {
   return data.robots.map((robot, place) => ({
-    x: frames[kind].x[place], y: frames[kind].y[place], mode: 'lines', name: robot.name, meta: kind,
+    x: soFar(kind, place)[0], y: soFar(kind, place)[1], mode: 'lines', name: robot.name, meta: kind,
     visible: isShown(kind),
     hovertemplate: `%{fullData.name}<br>%{x:.4g} m, %{y:.4g} m<extra>${kind === 'twin' ? 'ideal twin' : ''}</extra>`,
     ...look(robot, place),
@@ -32,6 +37,67 @@ function floorTraces() {
     },
   }));
   return [...main, ...twin];
+}
+
+// While time moves, a canvas over the plot has the paths so far; Plotly draws them when it has stood still for a while.
+const STILL = 200; // [ms]
+const trails = {canvas: null, waiting: null};
+
+function makeTrails() {
+  trails.canvas = document.createElement('canvas');
+  trails.canvas.className = 'overlay trails';
+  floor.append(trails.canvas);
+}
+
+function moveTrails() {
+  if (!trails.canvas) return;
+  floor.classList.add('moving');
+  clearTimeout(trails.waiting);
+  trails.waiting = setTimeout(settleTrails, STILL);
+}
+
+async function settleTrails() {
+  const shown = floor.data.map(({meta}, trace) => soFar(meta, trace % data.robots.length));
+  await Plotly.restyle(floor, {x: shown.map(([x]) => x), y: shown.map(([, y]) => y)});
+  if (trails.waiting) floor.classList.remove('moving');
+}
+
+// Lengths of dashes and gaps [px], as a canvas wants them, of a line that Plotly knows by a word or by its lengths.
+function dashesOf(dash, width) {
+  if (!dash || dash === 'solid') return [];
+  return dash === 'dot' ? [width, width] : dash.split(',').map(parseFloat);
+}
+
+function drawTrails() {
+  if (!trails.canvas || !floor.classList.contains('moving')) return;
+  const {canvas} = trails;
+  const [width, height] = [floor.clientWidth - MARGIN.l - MARGIN.r, floor.clientHeight - MARGIN.t - MARGIN.b];
+  const dense = window.devicePixelRatio;
+  Object.assign(canvas, {width: Math.round(dense * width), height: Math.round(dense * height)});
+  Object.assign(canvas.style, {left: `${MARGIN.l}px`, top: `${MARGIN.t}px`, width: `${width}px`, height: `${height}px`});
+  const [[left, right], [bottom, top]] = [floor.layout.xaxis.range, floor.layout.yaxis.range];
+  const brush = canvas.getContext('2d');
+  brush.scale(dense, dense);
+  brush.lineJoin = 'round';
+  floor.data.forEach(({meta, line, opacity, visible}, trace) => {
+    if (visible === false) return;
+    const [xs, ys] = ['x', 'y'].map((side) => frames[meta][side][trace % data.robots.length]);
+    brush.globalAlpha = opacity ?? 1;
+    brush.strokeStyle = line.color;
+    brush.lineWidth = line.width;
+    brush.setLineDash(dashesOf(line.dash, line.width));
+    brush.beginPath();
+    let known = false;
+    for (let k = 0; k <= state.frame; k += 1) {
+      if (xs[k] !== null) {
+        const [x, y] = [(xs[k] - left) / (right - left) * width, (top - ys[k]) / (top - bottom) * height];
+        if (known) brush.lineTo(x, y);
+        else brush.moveTo(x, y);
+      }
+      known = xs[k] !== null;
+    }
+    brush.stroke();
+  });
 }
 
 // Equal axes: the smallest ranges around all that is to be seen in which a metre is as long along x as along y.
@@ -118,12 +184,18 @@ function makeRobots() {
     group.append(shape);
     return {kind, place, group};
   }));
-  svg.append(...robots.map(({group}) => group).reverse());
+  const touches = data.touches.map((touch) => {
+    const cross = document.createElementNS(svg.namespaceURI, 'path');
+    cross.setAttribute('class', 'touch');
+    cross.setAttribute('d', 'M-5,-5L5,5M-5,5L5,-5');
+    return {...touch, cross};
+  });
+  svg.append(...robots.map(({group}) => group).reverse(), ...touches.map(({cross}) => cross));
   floor.append(svg);
-  return {svg, robots};
+  return {svg, robots, touches};
 }
 
-function placeRobots({svg, robots}, frame) {
+function placeRobots({svg, robots, touches}, frame) {
   const [width, height] = [floor.clientWidth - MARGIN.l - MARGIN.r, floor.clientHeight - MARGIN.t - MARGIN.b];
   Object.assign(svg.style, {left: `${MARGIN.l}px`, top: `${MARGIN.t}px`, width: `${width}px`, height: `${height}px`});
   const [[left, right], [bottom, top]] = [floor.layout.xaxis.range, floor.layout.yaxis.range];
@@ -139,6 +211,10 @@ function placeRobots({svg, robots}, frame) {
     const [across, down] = [(x - left) * pixels, (top - y) / (top - bottom) * height];
     const turn = heading * 180 / Math.PI;
     group.setAttribute('transform', `translate(${across} ${down}) scale(${size} ${-size}) rotate(${turn})`);
+  }
+  for (const {time, x, y, cross} of touches) {
+    cross.style.display = time <= frames.time[frame] ? '' : 'none';
+    cross.setAttribute('transform', `translate(${(x - left) * pixels} ${(top - y) / (top - bottom) * height})`);
   }
   return larger;
 }

@@ -9,7 +9,8 @@ const cells = [...document.querySelectorAll('.readouts tbody tr')].map((row) => 
 const SPEEDS = [0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100];
 const LONGEST = 20; // [s] that a long run takes to play, if a speed of the list lets it
 
-const state = {frame: 0, playing: false, since: 0, from: 0, ready: false, robots: null};
+// A page opens at the end of its run, where the whole of it is to be seen.
+const state = {frame: frames.time.length - 1, playing: false, since: 0, from: 0, ready: false, robots: null};
 
 // Time ---------------------------------------------------------------------------------------------------------------
 
@@ -20,6 +21,7 @@ function show(frame) {
   clock.textContent = `${time.toFixed(2)} / ${duration.toFixed(1)} s`;
   slider.setAttribute('aria-valuetext', `${time.toFixed(2)} seconds`);
   fillReadouts();
+  moveTrails();
   layOver();
 }
 
@@ -39,6 +41,7 @@ function short(value) {
 function layOver() {
   if (state.robots) {
     const larger = placeRobots(state.robots, state.frame);
+    drawTrails();
     scale.textContent = larger < 1.05 ? 'Robots are drawn to scale.'
       : `Robots are drawn ${larger.toPrecision(2)} times as large as they are.`;
   }
@@ -58,10 +61,12 @@ function frameAt(time) {
 
 function setPlaying(playing) {
   state.playing = playing;
-  play.textContent = playing ? '⏸' : '▶';
+  play.classList.toggle('running', playing);
   play.setAttribute('aria-label', playing ? 'Pause' : 'Play');
-  if (!playing) return;
-  film?.pause();
+  if (!playing) {
+    haltFilm();
+    return;
+  }
   if (state.frame === frames.time.length - 1) show(0);
   restartClock();
   requestAnimationFrame(tick);
@@ -70,12 +75,13 @@ function setPlaying(playing) {
 function restartClock() {
   state.since = performance.now();
   state.from = frames.time[state.frame];
+  if (state.playing) playFilm();
 }
 
 function tick(now) {
   if (!state.playing) return;
   show(frameAt(state.from + Math.max(0, now - state.since) / 1000 * Number(speed.value)));
-  seekFilm();
+  keepFilm();
   if (state.frame === frames.time.length - 1) setPlaying(false);
   else requestAnimationFrame(tick);
 }
@@ -114,31 +120,34 @@ function showTrajectories() {
 }
 
 function showAxes() {
-  const logarithmic = chosen('axis', 'log') === 'log';
-  for (const panel of panels.filter(({decades}) => decades)) {
-    Plotly.relayout(panel.div, {yaxis: valueAxis(panel, logarithmic)});
-  }
+  panels.filter(({decades, knee}) => decades || knee).forEach(drawPanel);
+}
+
+function drawPanel(panel) {
+  return Plotly.react(panel.div, panelTraces(panel), panelLayout(panel), PANEL_CONFIG).then(() => placeNames(panel));
 }
 
 // Draws every plot anew, in the colours and the size of now.
 function redraw() {
   if (!state.ready) return;
   Plotly.react(floor, floorTraces(), floorLayout(), CONFIG);
-  const logarithmic = chosen('axis', 'log') === 'log';
-  for (const panel of panels) {
-    Plotly.react(panel.div, panelTraces(panel), panelLayout(panel, logarithmic), PANEL_CONFIG);
-  }
+  floor.classList.remove('moving');
+  panels.forEach(drawPanel);
   layOver();
 }
 
 // Zooming one panel zooms all of them.
 function followZoom(source) {
   source.div.on('plotly_relayout', (change) => {
+    placeNames(source);
     if (!Object.keys(change).some((key) => key.startsWith('xaxis.')) || change['xaxis.range'] !== undefined) return;
     const whole = change['xaxis.autorange'];
     const range = whole ? WHOLE : [change['xaxis.range[0]'], change['xaxis.range[1]']];
     // `xaxis.range` as a whole is what only this function sets: what it sets off is not followed again.
-    for (const panel of panels) Plotly.relayout(panel.div, {'xaxis.range': [...range]}).then(layOver);
+    for (const panel of panels) Plotly.relayout(panel.div, {'xaxis.range': [...range]}).then(() => {
+      placeNames(panel);
+      layOver();
+    });
   });
   source.div.on('plotly_click', ({points}) => goTo(frameAt(points[0].x)));
 }
@@ -147,15 +156,17 @@ function followZoom(source) {
 
 async function draw() {
   await Plotly.newPlot(floor, floorTraces(), floorLayout(), CONFIG);
+  makeTrails();
   state.robots = makeRobots();
   floor.on('plotly_relayout', layOver);
   floor.on('plotly_relayouting', layOver);
-  show(0);
+  show(state.frame);
   mark('firstPlot');
-  const logarithmic = chosen('axis', 'log') === 'log';
   for (const panel of panels) {
     await pause();
-    await Plotly.newPlot(panel.div, panelTraces(panel), panelLayout(panel, logarithmic), PANEL_CONFIG);
+    await Plotly.newPlot(panel.div, panelTraces(panel), panelLayout(panel), PANEL_CONFIG);
+    panel.names = makeNames(panel);
+    placeNames(panel);
     panel.cursor = makeCursor(panel.div);
     followZoom(panel);
     placeCursor(panel, frames.time[state.frame]);
@@ -175,7 +186,9 @@ function listen() {
   watchLook(redraw);
 }
 
-const usual = SPEEDS.find((factor) => factor >= 1 && duration / factor <= LONGEST) ?? SPEEDS.at(-1);
-speed.append(...SPEEDS.map((factor) => new Option(`${factor}×`, factor, factor === usual, factor === usual)));
+const round = SPEEDS.find((factor) => factor >= 1 && duration / factor <= LONGEST) ?? SPEEDS.at(-1);
+const usual = data.film_speed ? Number(data.film_speed.toPrecision(3)) : round; // that of the film, if there is one
+const speeds = [...new Set([...SPEEDS, usual])].sort((one, other) => one - other);
+speed.append(...speeds.map((factor) => new Option(`${factor}×`, factor, factor === usual, factor === usual)));
 listen();
 draw();

@@ -7,7 +7,8 @@ from typing import Annotated
 
 import typer
 
-from nhtrack.terminal.app import EXIT_INTERRUPTED, app, fail
+from nhtrack.errors import noting
+from nhtrack.terminal.app import app
 from nhtrack.terminal.options import Changes, Pdf
 from nhtrack.terminal.screen import print_how_laws_run, print_warning, screen
 
@@ -36,7 +37,7 @@ def campaign_command(
     loaded = load_campaign(file, list(changes or []))
     print_how_laws_run(loaded.laws.values())
     folder = out or Path("runs") / f"campaign-{loaded.name}"
-    try:
+    with noting(f"the same command goes on with what is in {folder}"):
         results = campaign(
             loaded,
             out=folder,
@@ -48,8 +49,6 @@ def campaign_command(
             progress=True,
             tell=print_warning,
         )
-    except KeyboardInterrupt:
-        fail(f"interrupted; the same command goes on with what is in {folder}", EXIT_INTERRUPTED)
     print_results(results, screen())
     for path in results.files:
         typer.echo(f"wrote {path}")

@@ -33,7 +33,7 @@ COLUMNS: Mapping[str, str] = {
     "saturated": "share of the run in which a motor was at its limit [1]",
     "effort_x": "root mean square of u_x [length/time^2]",
     "effort_theta": "root mean square of u_theta [rad/time^2]",
-    "switches": "how often the law's memory changed",
+    "switches": "in how many control periods a mode of the law changed",
 }
 # Of both tables, where families are over grids: the family that a row's one is a point of, and the values of its names.
 GRID = "grid"

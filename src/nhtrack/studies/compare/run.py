@@ -11,7 +11,7 @@ from typing import Unpack
 from nhtrack.config.changes import LawChoice, ScenarioChanges
 from nhtrack.config.law_sections import Law
 from nhtrack.config.scenario import Scenario
-from nhtrack.errors import FeasibilityError
+from nhtrack.errors import FeasibilityError, noting
 from nhtrack.experiment.build import make_limits
 from nhtrack.files.folder import COMPARISON, claimed_folder, clear, save_json
 from nhtrack.recording.source import Source, load
@@ -117,13 +117,14 @@ def compare_laws(
     entrants = _entrants(scenario, laws)  # refuses before anything is written
     with claimed_folder(f"compare-{scenario.name}", out, overwrite) as folder:
         found = _run_all(_planned(entrants, scenario, folder, search, stage), stage)
-    if found.interrupted:  # who interrupts does not want to wait
-        return found
-    if figures:
-        found = _drawn(found, folder, pdf=pdf)
-    if video and found.completed:
-        found = _filmed(found, folder, stage, processes)
-    return _reported(found, folder) if report else found
+        if found.interrupted:  # who interrupts does not want to wait
+            return found
+        with noting(f"the runs are whole in {folder}: `nhtrack plot` and `nhtrack render` draw each"):
+            if figures:
+                found = _drawn(found, folder, pdf=pdf)
+            if video and found.completed:
+                found = _filmed(found, folder, stage, processes)
+            return _reported(found, folder) if report else found
 
 
 def _entrants(scenario: Scenario, laws: Sequence[Law]) -> Entrants:
@@ -218,7 +219,8 @@ def _run_all(planned: Comparison, stage: Stage | None) -> Comparison:
             if not found.outcomes:
                 raise
             break
-        found = _written(replace(found, outcomes={**found.outcomes, label: outcome}), label)
+        with noting(f"what is kept of the laws before: {', '.join(found.outcomes) or 'nothing'}"):
+            found = _written(replace(found, outcomes={**found.outcomes, label: outcome}), label)
         if outcome.recording.outcome == "interrupted":
             break
     return found if folder is None else replace(found, files=(*found.files, folder / COMPARISON))
@@ -229,9 +231,9 @@ def _written(found: Comparison, label: str) -> Comparison:
     folder, outcome = found.folder, found.outcomes[label]
     if folder is None:
         return found
-    if len(found.outcomes) == 1:
-        clear(folder)
     files = outcome.recording.save(folder / label / "recording.nc"), folder / label / "summary.json"
+    if len(found.outcomes) == 1:
+        clear(folder, but=files[0])
     save_json(files[1], outcome.summary)
     found = replace(found, files=(*found.files, *files))
     save_json(folder / COMPARISON, found.tree)

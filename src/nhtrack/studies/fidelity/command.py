@@ -51,15 +51,16 @@ def fidelity(
         load_robot(robot)  # a misspelt one is told before anything is measured
     wanted = tasks(robots, checks or (QUICK if quick else None))
     claimed = contextlib.nullcontext() if no_report else claimed_folder("fidelity", out, force)
-    with claimed as folder, shown_progress() as stage:
-        compile_once(stage)
-        findings = run_suite(wanted, stage("fidelity"))
-    if as_json:
-        typer.echo(json.dumps([finding.row for finding in findings], indent=2, allow_nan=False))
-    else:
-        _print(findings, screen())
-    for file in save(findings, wanted, folder) if folder is not None else ():
-        typer.echo(f"wrote {file}", err=as_json)  # JSON is told alone
+    with claimed as folder:
+        with shown_progress() as stage:
+            compile_once(stage)
+            findings = run_suite(wanted, stage("fidelity"))
+        if as_json:
+            typer.echo(json.dumps([finding.row for finding in findings], indent=2, allow_nan=False))
+        else:
+            _print(findings, screen())
+        for file in save(findings, wanted, folder) if folder is not None else ():
+            typer.echo(f"wrote {file}", err=as_json)  # JSON is told alone
     if not all(finding.ok or finding.explained for finding in findings):
         raise typer.Exit(EXIT_ERROR)
 

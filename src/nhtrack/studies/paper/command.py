@@ -37,7 +37,6 @@ def paper(
     """Run the paper's five examples and draw all of its figures on one page, as Markdown and as a report."""
     if not re.fullmatch(r"\d+(,\d+)*", examples):
         raise typer.BadParameter(f"expected numbers such as 1,4, got {examples!r}", param_hint="--examples")
-    from nhtrack.files.folder import fresh_folder
     from nhtrack.studies.paper.examples import ExampleError, examples_of
     from nhtrack.studies.paper.run import reproduce
 
@@ -45,11 +44,10 @@ def paper(
         wanted = examples_of([int(number) for number in examples.split(",")])
     except ExampleError as error:
         raise typer.BadParameter(str(error), param_hint="--examples") from None
-    folder = out or fresh_folder("paper")
     with shown_progress() as stage:
         written = reproduce(
             wanted,
-            folder,
+            out,
             source=source,
             backend=backend.value,
             pdf=pdf,

@@ -7,10 +7,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from nhtrack.config.values import Backend
-from nhtrack.errors import RecordingError
+from nhtrack.errors import RecordingError, noting
 from nhtrack.experiment.load import load
 from nhtrack.files.atomic import atomic_path
-from nhtrack.files.folder import require_unused
+from nhtrack.files.folder import claimed_folder
 from nhtrack.recording import Recording
 from nhtrack.studies.paper.examples import Example
 from nhtrack.studies.paper.result import ExampleRuns
@@ -26,7 +26,7 @@ _FOLDER = "paper"  # of the scenarios, and of the figures beside the page
 
 def reproduce(
     examples: Sequence[Example],
-    out: Path,
+    out: Path | None,
     *,
     source: Path | None = None,
     backend: Backend = "mujoco",
@@ -42,7 +42,8 @@ def reproduce(
 
     Args:
         examples: which, see `EXAMPLES`.
-        out: the folder; figures lie in its `paper/`, recordings in its `recordings/`.
+        out: the folder, `runs/paper-<n>/` with the first free n by default; figures lie in its `paper/`, recordings
+            in its `recordings/`.
         source: a folder that an earlier call wrote; its recordings are drawn, and nothing is run.
         backend: `ideal` leaves MuJoCo out.
         pdf: whether to draw for print, see `nhtrack.plots.files.save_figure`.
@@ -55,23 +56,26 @@ def reproduce(
         RecordingError: a recording is missing in `source`, or is of a run that did not complete.
         SimulationDiverged: a run did; what it recorded is kept.
     """
-    require_unused(out, overwrite)
-    written: list[Path] = []
-    done = []
-    for example in examples:
-        runs: dict[Backend, dict[str, Recording]] = {"mujoco": {}, "ideal": {}}
-        for name in example.scenarios:
-            for model in ("ideal", backend) if backend != "ideal" else ("ideal",):
-                file = (source or out) / "recordings" / f"{name}-{model}.nc"
-                if source is None:
-                    runs[model][name] = _recorded(name, model, file, stage)
-                    written.append(file)
-                else:
-                    runs[model][name] = _completed(file)
-        done.append(ExampleRuns(example, runs["mujoco"], runs["ideal"]))
-    written += _draw(done, out / _FOLDER, pdf, None if stage is None else stage("figures"))
-    written.append(_write_page(done, out / "paper.md"))
-    return [*written, *([_write_report(done, out)] if report else [])]
+    with claimed_folder("paper", out, overwrite) as folder:
+        recorded: list[Path] = []
+        done = [_runs(example, source or folder, backend, source is None, stage, recorded) for example in examples]
+        with noting(f"`nhtrack paper --from {source or folder}` draws what is recorded"):
+            drawn = _draw(done, folder / _FOLDER, pdf, None if stage is None else stage("figures"))
+            page = _write_page(done, folder / "paper.md")
+            return [*recorded, *drawn, page, *([_write_report(done, folder)] if report else [])]
+
+
+def _runs(
+    example: Example, folder: Path, backend: Backend, wanted: bool, stage: Stage | None, recorded: list[Path]
+) -> ExampleRuns:
+    """Returns the runs of an example, run where that is wanted, else read; adds to the files that were recorded."""
+    runs: dict[Backend, dict[str, Recording]] = {"mujoco": {}, "ideal": {}}
+    for name in example.scenarios:
+        for model in ("ideal", backend) if backend != "ideal" else ("ideal",):
+            file = folder / "recordings" / f"{name}-{model}.nc"
+            runs[model][name] = _recorded(name, model, file, stage) if wanted else _completed(file)
+            recorded += [file] if wanted else []
+    return ExampleRuns(example, runs["mujoco"], runs["ideal"])
 
 
 def _recorded(name: str, model: Backend, file: Path, stage: Stage | None) -> Recording:

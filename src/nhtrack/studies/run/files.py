@@ -7,9 +7,17 @@ from pathlib import Path
 
 from nhtrack.config.video import Video
 from nhtrack.errors import RenderError
+from nhtrack.files.folder import clear, save_json
 from nhtrack.recording import Recording
 from nhtrack.studies.run.result import Outcome
 from nhtrack.terminal.progress import Stage
+
+
+def save_outcome(outcome: Outcome, folder: Path) -> list[Path]:
+    """Returns the files of recording and summary, in a folder that holds no other run's once they are there."""
+    recording = outcome.recording.save(folder / "recording.nc")
+    clear(folder, but=recording)
+    return [recording, save_json(folder / "summary.json", outcome.summary)]
 
 
 def save_run_figures(outcome: Outcome, folder: Path, *, pdf: bool) -> tuple[list[Path], list[str]]:

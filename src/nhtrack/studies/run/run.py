@@ -22,14 +22,14 @@ from nhtrack.analysis.metrics import summary
 from nhtrack.arrays import row_blocks
 from nhtrack.config.changes import ScenarioChanges, overrides_of
 from nhtrack.config.scenario import Scenario
-from nhtrack.errors import SimulationDiverged
+from nhtrack.errors import SimulationDiverged, noting
 from nhtrack.experiment.build import Experiment, build, robot_of
 from nhtrack.experiment.compile import compile_once
 from nhtrack.experiment.leader_notes import leader_notes
 from nhtrack.experiment.loop import Rollout
 from nhtrack.experiment.recorder import KeepingRecorder
 from nhtrack.experiment.robot_checks import robot_notes, robot_warnings
-from nhtrack.files.folder import claimed_folder, clear, save_json
+from nhtrack.files.folder import claimed_folder
 from nhtrack.files.temporary import temporary_folder
 from nhtrack.laws.address import entry_of, runs_as_python
 from nhtrack.mjcf import has_dm_control
@@ -39,7 +39,7 @@ from nhtrack.simulation.ideal import IdealSimulation
 from nhtrack.simulation.mujoco import MujocoSimulation
 from nhtrack.simulation.scene import Scene, stepped_scene
 from nhtrack.studies.feasibility.run import with_time
-from nhtrack.studies.run.files import make_film, save_run_figures, write_run_report
+from nhtrack.studies.run.files import make_film, save_outcome, save_run_figures, write_run_report
 from nhtrack.studies.run.keeping import InFile, InMemory, Keeping
 from nhtrack.studies.run.result import DivergedError, Outcome
 from nhtrack.terminal.progress import Observer, Stage, Tell, shown_progress
@@ -186,23 +186,23 @@ def run_scenario(
     Raises:
         OutputError: the folder has files in it, or cannot be written to; nothing is run.
     """
-    with claimed_folder(scenario.name, out, overwrite) as folder, temporary_folder(folder) as spare:
-        outcome = simulate(scenario, stage, spare, tell)
-        clear(folder)
-        files = [outcome.recording.save(folder / "recording.nc"), save_json(folder / "summary.json", outcome.summary)]
-    skipped: list[str] = []
-    if outcome.recording.outcome == "interrupted":
-        figures = report = False
-    if figures:
-        drawn, reason = save_run_figures(outcome, folder, pdf=pdf)
-        files += drawn
-        skipped += reason
-    if video and outcome.recording.outcome == "completed":
-        film, reason = make_film(outcome.recording, scenario.video, folder / "video.mp4", stage, processes)
-        files += film
-        skipped += reason
-    if report:
-        files.append(write_run_report(outcome, folder, skipped))
+    with claimed_folder(scenario.name, out, overwrite) as folder:
+        with temporary_folder(folder) as spare:
+            outcome = simulate(scenario, stage, spare, tell)
+            files = save_outcome(outcome, folder)
+        if outcome.recording.outcome == "interrupted":
+            figures = video = report = False
+        skipped: list[str] = []
+        with noting(f"the run is whole in {files[0]}: `nhtrack plot` and `nhtrack render` draw it"):
+            if figures:
+                drawn, skipped = save_run_figures(outcome, folder, pdf=pdf)
+                files += drawn
+            if video and outcome.failure is None:
+                film, reason = make_film(outcome.recording, scenario.video, folder / "video.mp4", stage, processes)
+                files += film
+                skipped += reason
+            if report:
+                files.append(write_run_report(outcome, folder, skipped))
     return replace(outcome, folder=folder, files=tuple(files), skipped=tuple(skipped))
 
 

@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from nhtrack.errors import noting
 from nhtrack.terminal.app import app
 from nhtrack.terminal.options import Changes, load_scenario
 from nhtrack.terminal.screen import print_how_laws_run, screen
@@ -48,8 +49,12 @@ def tune_command(
     found = tune(loaded, wanted, budget, seed, below_bound=below_bound, progress=True)
     print_tuning(found, screen())
     if target is not None:
-        save_gains(found, scenario, target, overrides)
+        with noting("the gains are those printed above"):
+            save_gains(found, scenario, target, overrides)
         typer.echo(f"wrote {target}")
+    else:
+        into = "--write puts them into the file, --out FILE" if Path(scenario).is_file() else "--out FILE puts them"
+        typer.echo(f"to keep these gains: the same command with {into} into a copy; or by hand: {found.law_line}")
 
 
 def _target(scenario: str, write: bool, out: Path | None, force: bool) -> Path | None:

@@ -77,6 +77,12 @@ class Tuning:
             f"peak friction utilisation {late.utilisation:.2g}, fits down to time scale {self.fitting_time:.3g}"
         )
 
+    @property
+    def law_line(self) -> str:
+        """The law with the gains found, as a scenario file has it."""
+        gains = ", ".join(f"{name}: {gain:g}" for name, gain in self.gains.items())
+        return f"law: {{name: {self.scenario.law.name}, {gains}}}"
+
     def __repr__(self) -> str:
         """Returns a one-line account of the search."""
         gains = ", ".join(f"{name}={gain:g}" for name, gain in self.gains.items())
