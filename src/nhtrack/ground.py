@@ -52,6 +52,15 @@ class Patch:
         x_min, x_max, y_min, y_max = self.rectangle
         return np.asarray((x_min <= x) & (x <= x_max) & (y_min <= y) & (y <= y_max))
 
+    def grown(self, margin: float) -> Patch:
+        """Returns the patch with its edge so much farther out [m]; the corners of a rectangle stay square."""
+        if self.disc is not None:
+            x, y, radius = self.disc
+            return replace(self, disc=(x, y, radius + margin))
+        assert self.rectangle is not None
+        x_min, x_max, y_min, y_max = self.rectangle
+        return replace(self, rectangle=(x_min - margin, x_max + margin, y_min - margin, y_max + margin))
+
 
 @dataclass(frozen=True)
 class Ground:

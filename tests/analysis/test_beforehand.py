@@ -8,20 +8,30 @@ import numpy as np
 import pytest
 
 from nhtrack import assets
-from nhtrack.analysis.beforehand import beforehand, leader_beyond_law
+from nhtrack.analysis.beforehand import beforehand, beforehand_without_time, leader_beyond_law
 from nhtrack.analysis.demand import root_predictions
 from nhtrack.analysis.motion import motion_of, root_motion
+from nhtrack.config.degrees import degree_warnings
 from nhtrack.config.scenario import Scenario
+from nhtrack.errors import FeasibilityError, ScenarioError
 from nhtrack.experiment.build import build
 from nhtrack.experiment.load import load
+from nhtrack.laws import Limits
 from nhtrack.simulation.ideal import IdealSimulation
 from nhtrack.studies.run.run import simulate
 
-# By their names what is told of bundled scenarios: gains below the bound of Lemma 1, and a leader that crosses ice.
+ALIGN, CYCLE = "will not align", "followers end on a cycle about it"
+# By their names what is told of bundled scenarios: gains below the bound of Lemma 1, leaders that drive on under the
+# paper's law, one that crosses ice, casters that swing.
 TOLD = {
-    "stress/formation1000": ["will not align"],
-    "stress/formation64": ["will not align"],
-    "stress/ice_patch": ["will not align", "a robot in the place of leader is predicted to slip"],
+    **{f"paper/{name}": [CYCLE] for name in ("example1", "example2", "example3_minus_pi", "example3_pi", "example4")},
+    "paper/example5": [CYCLE],
+    "stress/formation1000": [ALIGN, CYCLE],
+    "stress/formation64": [ALIGN, CYCLE],
+    "stress/ice_patch": [ALIGN, CYCLE, "a robot in the place of leader is predicted to slip"],
+    "stress/slope": [CYCLE],
+    "stress/weak_motors": [CYCLE],
+    "tour/caster": ["casters swing"],
 }
 
 
@@ -97,3 +107,39 @@ def test_another_law_is_named_where_it_has_no_bound() -> None:
     hard = load("tour/universal", [*quick, "leader.input.u_x=5", "law={name: agile}"])
     (own,) = leader_beyond_law(build(hard).law, hard, build(hard))
     assert own.endswith("need not be reached from afar")
+
+
+def test_what_no_limits_leave_room_for_names_the_patch_that_robots_meet() -> None:
+    def limits(*patches: str) -> Limits:
+        changes = [f"physics.patches=[{', '.join(patches)}]", "physics.slope={angle: 0.05}", "duration=8"]
+        return build(load("tour/universal", changes)).law.limits
+
+    far, near = "{friction: 0.001, disc: [90, 9, 1]}", "{friction: 0.002, rectangle: [0.3, 0.4, -1, 1]}"
+    assert limits(far) == limits()
+    with pytest.raises(FeasibilityError, match=r"law\.limits: .* friction 0\.002, .*physics\.patches\[1\]\.friction$"):
+        limits(far, near)
+    everywhere = [f"physics.patches=[{far}]", "physics.slope.angle=0.05", "law.limits.everywhere=true"]
+    with pytest.raises(FeasibilityError, match=r"friction 0\.001, .*physics\.patches\[0\]\.friction$"):
+        build(load("tour/universal", everywhere))
+
+
+def test_headings_that_look_like_degrees_are_told() -> None:
+    turned = ["followers[0].start.pose[2]=-90", "leader.start.pose[2]=6", "followers[1].start.pose[2]=7.5"]
+    (told,) = degree_warnings(load("tour/universal", turned))
+    assert told == "followers[0].start.pose[2] = -90 rad looks like degrees, of which it would be -1.571 rad"
+    with pytest.raises(ScenarioError, match=r"got 5; 5 degrees are 0\.08727 rad"):
+        load("tour/universal", ["physics.slope.angle=5"])
+
+
+def test_with_time_auto_a_leader_is_told_and_its_limits_are_not() -> None:
+    """A leader that cannot fit is refused as a run would refuse it; one that is beyond its law is told."""
+    auto = ["similarity.time=auto", "leader.start.twist=[0, 0]", "leader.input.u_theta=0", "leader.input.u_x=cos(2*t)"]
+    found = beforehand_without_time(load("tour/universal", auto))
+    told = r"at similarity\.time [0-9.]+, the smallest that fits leader alone: leader: v_0 changes"
+    assert [each for each in found if re.match(told, each)]
+    assert not [each for each in found if "limits" in each]
+    icy = load("tour/universal", [*auto, "physics.patches=[{friction: 0, disc: [0, 0, 1]}]", "law.limits=null"])
+    with pytest.raises(FeasibilityError, match="asks for friction and there is none"):
+        beforehand_without_time(icy)
+    marker = icy.model_copy(update={"leader": icy.leader.model_copy(update={"virtual": True})})
+    assert "asks for friction and there is none" in beforehand_without_time(marker)[0]

@@ -115,7 +115,7 @@ def test_validate_warns_and_is_strict_if_asked(tmp_path: Path) -> None:
     warned = invoke("validate", "mine.yaml", "tour/hello")
     assert warned.exit_code == 0
     assert [line.split(":")[0] for line in warned.stdout.splitlines()] == ["mine.yaml", "tour/hello"]
-    assert warned.stderr == "mine.yaml: warning: k2 = 5.83333 is below 2 sqrt(k1) = 6.66667: the heading overshoots\n"
+    assert warned.stderr == "mine.yaml: warning: law.k2 = 5.83333 is below 2 sqrt(k1) = 6.66667: the heading overshoots\n"
     assert invoke("validate", "--strict", "mine.yaml", "tour/hello").exit_code == 2
     assert invoke("validate", "--strict", "tour/hello").exit_code == 0
 

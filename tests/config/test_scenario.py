@@ -5,12 +5,14 @@ from __future__ import annotations
 import copy
 import json
 import math
+import re
 import runpy
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -27,6 +29,7 @@ from nhtrack.effects.slope import Slope
 from nhtrack.effects.wheel_mismatch import WheelMismatch
 from nhtrack.errors import ScenarioError
 from nhtrack.experiment.build import build, make_scene_spec
+from nhtrack.experiment.leader_notes import leader_warnings
 from nhtrack.experiment.load import load, load_text, load_tree
 from nhtrack.experiment.robot_checks import robot_warnings
 from nhtrack.ground import Ground, Patch
@@ -175,7 +178,7 @@ def test_a_payload_may_not_tip_its_robot(offset: tuple[float, float], stands: bo
 
 def warned(*overrides: str) -> tuple[str, ...]:
     scenario = load_text(MINIMAL, overrides=overrides)
-    return robot_warnings(build(scenario))
+    return robot_warnings(scenario, build(scenario))
 
 
 def test_a_slope_beyond_the_friction_angle_is_told() -> None:
@@ -183,9 +186,13 @@ def test_a_slope_beyond_the_friction_angle_is_told() -> None:
     assert warned("physics.slope.angle=0.29", "physics.friction=0.3") == ()
     (told,) = warned("physics.slope.angle=0.3", "physics.friction=0.3")
     assert told == (
-        "the slope of 0.3 rad is steeper than the friction angle of 0.291 rad (friction 0.3): nothing on it stays "
-        "where it is"
+        "physics.friction 0.3 holds up to 0.291 rad, and physics.slope.angle is 0.3: nothing there stays where it is; "
+        "0.311 would hold it"
     )
+    near, far = (f"physics.patches=[{{friction: 0.2, disc: [{x}, 0, 1]}}]" for x in (0, 99))
+    (told,) = warned("physics.slope.angle=0.25", "physics.friction=0.3", near)
+    assert told.startswith("physics.patches[0].friction 0.2 holds up to 0.197 rad")
+    assert warned("physics.slope.angle=0.25", "physics.friction=0.3", far) == ()
     assert warned("physics.friction=0.3") == warned("physics.friction=0") == ()
 
 
@@ -235,8 +242,7 @@ def test_a_csv_is_found_beside_the_scenario_and_kept_in_it(tmp_path: Path) -> No
         ("t,u_x,u_theta\n0,1,x\n", "u.csv:2:5: u_theta must be a finite number, got 'x'"),
         ("t,u_x,u_theta\n0,1,nan\n", "u.csv:2:5: u_theta must be a finite number, got 'nan'"),
         ("t,u_x,u_theta\n0,1,1\n0,1,1\n", "u.csv:3:1: times must increase, got 0 after 0"),
-        ("t,u_x,u_theta\n1,1,1\n20,1,1\n", "the first row is at t = 1; a table starts at 0 or before"),
-        ("t,u_x,u_theta\n0,1,1\n5,1,1\n", "the last row is at t = 5 but the input is asked until t = 9.995"),
+        ("t,u_x,u_theta\n1,1,1\n20,1,1\n", "u.csv:2:1: the first row is at t = 1; a table starts at 0 or before"),
     ],
 )
 def test_a_bad_csv_is_a_fault_of_the_key(tmp_path: Path, text: str, message: str) -> None:
@@ -245,6 +251,27 @@ def test_a_bad_csv_is_a_fault_of_the_key(tmp_path: Path, text: str, message: str
     (line,) = faults_of(scenario, directory=tmp_path)
     assert line.startswith("case.yaml:6:")
     assert message in line
+
+
+def test_all_that_is_wrong_with_a_csv_is_told_at_once_in_its_order(tmp_path: Path) -> None:
+    (tmp_path / "u.csv").write_text("t,u_x,u_theta\n0,x,0\n2,1,1,7\n1,nan,0\n3\n")
+    scenario = MINIMAL.replace('{u_x: 0.1, u_theta: "0.2*cos(t)"}', "{csv: u.csv}")
+    found = [re.search(r"u\.csv:\d+:\d+", line) for line in faults_of(scenario, directory=tmp_path)]
+    places = ["u.csv:2:3", "u.csv:3:7", "u.csv:4:1", "u.csv:4:3", "u.csv:5:2", "u.csv:5:2"]
+    assert [match and match.group() for match in found] == places
+
+
+@pytest.mark.parametrize("until", [5, 10])
+def test_rows_that_are_joined_and_segments_are_zero_after_their_end(until: int) -> None:
+    """That rows end early is told; the end of segments is written by hand."""
+    table = f"{{table: {{t: [0, {until}], u_x: [1, 1], u_theta: [0, 0]}}, interpolation: linear}}"
+    listed = f"{{u_x: [{{until: {until}, value: 1}}], u_theta: 0}}"
+    sampled = []
+    for text, told in ((table, until < 10), (listed, False)):
+        scenario = load_text(MINIMAL.replace('{u_x: 0.1, u_theta: "0.2*cos(t)"}', text))
+        sampled.append(scenario.leader.input.reference().held(np.array([0.0, 4.9, 5.3, 9.9])))
+        assert [f"until t = {until} only" in said for said in leader_warnings(scenario)] == told * [True]
+    np.testing.assert_array_equal(*sampled)
 
 
 @pytest.mark.parametrize(

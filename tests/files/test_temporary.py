@@ -6,6 +6,7 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -76,20 +77,33 @@ def test_files_of_others_stay(tmp_path: Path) -> None:
 
 
 def test_a_folder_taken_before_it_was_locked_is_made_anew(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    from nhtrack.files import temporary
+    made, mkdir = list[Path](), Path.mkdir
 
-    made, make = list[str](), temporary.tempfile.mkdtemp
-
-    def taken(**where: object) -> str:
-        made.append(make(**where))
+    def taken(folder: Path, **how: Any) -> None:
+        made.append(folder)
+        mkdir(folder, **how)
         if len(made) == 1:
             remove_abandoned(tmp_path)
-        return made[-1]
 
-    monkeypatch.setattr(temporary.tempfile, "mkdtemp", taken)
+    monkeypatch.setattr(Path, "mkdir", taken)
     with temporary_folder(tmp_path) as folder:
-        assert [str(folder)] == made[1:]
+        assert made == 2 * [folder]
         (folder / "file").touch()
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_folder_is_removed_that_was_made_but_not_locked_when_its_process_was_stopped(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from nhtrack.files import temporary
+
+    def stopped(_: Path) -> int:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(temporary, "_locked", stopped)
+    with pytest.raises(KeyboardInterrupt), temporary_folder(tmp_path):
+        pass
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_where_files_cannot_be_locked_work_goes_on_and_nothing_is_removed(

@@ -8,6 +8,7 @@ from __future__ import annotations
 import argparse
 import random
 import re
+import subprocess
 import sys
 import tempfile
 import time
@@ -21,14 +22,20 @@ from typing import TypeAlias
 import numpy as np
 
 from nhtrack import assets
+from nhtrack.analysis.time_scale import at_time
 from nhtrack.cli.scenarios import _beforehand
 from nhtrack.config.campaign import Campaign
 from nhtrack.config.scenario import Scenario
-from nhtrack.errors import FeasibilityError, NhtrackError, RefusedError, ScenarioError
+from nhtrack.errors import FeasibilityError, NhtrackError, RefusedError, ScenarioError, SimulationDiverged
 from nhtrack.experiment.load import load_either, load_text
 from nhtrack.recording import Recording, make_recording
+from nhtrack.studies.campaign.cell import Cell
+from nhtrack.studies.run.run import simulate
 
 SECONDS = 5.0  # of the CPU, for one
+MEGABYTES = 500.0  # at their most, for one
+EVERY = 8  # so many mutants of which one is run where it is sound, as about a sixth are: one in fifty
+_RUN, _STEPS, _ROBOTS = 0.1, 20_000, 64  # seconds, physics steps and robots that a run is cut to
 # How often what takes long to read is taken, where another file is taken once.
 _SHARES = {"stress/formation64": 0.2, "stress/formation1000": 0.01, "tour/lemniscate": 0.03, "campaign/bandwidth": 0.03}
 _TOKEN = re.compile(r"[A-Za-z_]\w*|-?\d+\.?\d*(?:e[+-]?\d+)?|\s+|.", re.DOTALL)
@@ -81,12 +88,16 @@ class Verdict:
         said: what is told of it, empty where it is sound.
         broken: how the contract is broken, empty where it is kept.
         seconds: of the CPU.
+        megabytes: at their most, of a process that has judged nothing else.
+        run: whether it was run.
     """
 
     mutant: Mutant
     said: str
     broken: str
     seconds: float
+    megabytes: float = 0.0
+    run: bool = False
 
 
 @cache
@@ -219,30 +230,70 @@ def _bytes(text: str) -> bytes:
 # -- judgement -------------------------------------------------------------------------------------
 
 
-def judged(mutant: Mutant, folder: Path, whole: bool = False) -> Verdict:
+def judged(mutant: Mutant, folder: Path, whole: bool = False, run: bool = False) -> Verdict:
     """Returns what `nhtrack validate` says of a mutant, or what reading it says of a recording.
 
     Args:
         mutant: which.
         folder: an empty one to write it to.
         whole: whether what can be run is asked for its warnings, too, which takes longer than all the rest.
+        run: whether what is sound is run, cut short.
     """
+    before = _begun_memory()
     begin = time.process_time()
     said = broken = ""
+    ran = False
     try:
         loaded = _read(mutant, folder)
         if whole and loaded is not None:
             _beforehand(loaded)
-    except (FeasibilityError, RefusedError) as error:
+        if run and loaded is not None and (cut := _cut_short(loaded)) is not None:
+            ran = True
+            simulate(cut)
+    except (FeasibilityError, RefusedError, SimulationDiverged) as error:
         said = str(error)
     except NhtrackError as error:
         said, broken = str(error), _untold(mutant, error)
     except Exception:  # this is what is looked for
         broken = said = traceback.format_exc()
-    seconds = time.process_time() - begin
+    seconds, megabytes = time.process_time() - begin, _FRESH + _memory("VmHWM") - before
     if not broken and seconds > SECONDS:
         broken = f"took {seconds:.1f} s of the CPU"
-    return Verdict(mutant, said, broken, seconds)
+    if not broken and megabytes > MEGABYTES:
+        broken = f"took {megabytes:.0f} MB"
+    return Verdict(mutant, said, broken, seconds, megabytes, ran)
+
+
+def _cut_short(loaded: Scenario | Campaign) -> Scenario | None:
+    """Returns a scenario as it is, or the first of a campaign, of a short run; None where that has too many robots."""
+    if isinstance(loaded, Campaign):
+        timed = at_time(loaded, 1.0) if loaded.similarity.time == "auto" else loaded
+        loaded = Cell(timed, next(iter(timed.laws)), timed.family_names[0]).scenario(0)
+    if len(loaded.followers) >= _ROBOTS:
+        return None
+    scale = 1.0 if loaded.similarity.time == "auto" else loaded.similarity.time_scale
+    shortest = min(_RUN, _STEPS * loaded.physics.timestep) / scale
+    return loaded.model_copy(update={"duration": min(loaded.duration, shortest)})
+
+
+_STATUS, _CLEAR = Path("/proc/self/status"), Path("/proc/self/clear_refs")
+
+
+def _begun_memory() -> float:
+    """Returns how much memory this process has now [MB], and forgets what it had at its most, where the system can."""
+    if _CLEAR.exists():
+        _CLEAR.write_text("5")
+    return _memory("VmRSS")
+
+
+def _memory(name: str) -> float:
+    """Returns a figure of this process [MB], 0 where the system does not tell."""
+    if not _STATUS.exists():
+        return 0.0
+    return int(re.findall(rf"{name}:\s*(\d+)", _STATUS.read_text())[0]) / 1024
+
+
+_FRESH = _memory("VmRSS")  # of a process that has judged nothing yet, and keeps nothing of others
 
 
 def _read(mutant: Mutant, folder: Path) -> Scenario | Campaign | None:
@@ -276,10 +327,10 @@ def _untold(mutant: Mutant, error: NhtrackError) -> str:
 
 
 def verdicts(seed: int, count: int, whole: bool = False) -> Iterable[Verdict]:
-    """Yields what became of the mutants of a seed; see `judged`."""
+    """Yields what became of the mutants of a seed; see `judged`. Where the whole is judged, some are run."""
     with tempfile.TemporaryDirectory() as folder:
         for number in range(count):
-            yield judged(mutant(seed, number), Path(folder), whole)
+            yield judged(mutant(seed, number), Path(folder), whole, whole and number % EVERY == 0)
 
 
 def main() -> int:
@@ -288,17 +339,20 @@ def main() -> int:
     parser.add_argument("--count", type=int, default=1000)
     parser.add_argument("--seed", type=int, default=time.time_ns() % 10**6)
     options = parser.parse_args()
+    subprocess.run([sys.executable, "-m", "nhtrack.experiment.compile"], check=True)  # its memory is not what is judged
     kinds: dict[str, int] = {}
-    faulty, broken, slowest = 0, 0, 0.0
+    faulty, broken, run, slowest, largest = 0, 0, 0, 0.0, 0.0
     for number, verdict in enumerate(verdicts(options.seed, options.count, whole=True)):
         kinds[verdict.mutant.kind] = kinds.get(verdict.mutant.kind, 0) + 1
         faulty += bool(verdict.said)
-        slowest = max(slowest, verdict.seconds)
+        run += verdict.run
+        slowest, largest = max(slowest, verdict.seconds), max(largest, verdict.megabytes)
         if verdict.broken:
             broken += 1
-            print(f"-- mutant {number} of seed {options.seed}, {verdict.mutant.origin}\n{verdict.broken}")
+            print(f"-- mutant {number} of seed {options.seed}, {verdict.mutant.origin}\n{verdict.broken}", flush=True)
     made = ", ".join(f"{count} of {kind}" for kind, count in sorted(kinds.items()))
-    print(f"seed {options.seed}: {made}; {faulty} faulty, {broken} break the contract, slowest {slowest:.2f} s")
+    print(f"seed {options.seed}: {made}; {faulty} faulty, {run} run, {broken} break the contract")
+    print(f"at most {slowest:.2f} s of the CPU and {largest:.0f} MB")
     return min(broken, 1)
 
 

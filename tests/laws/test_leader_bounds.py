@@ -70,6 +70,8 @@ BEYOND = {
     "panteley line": ("panteley", motion(driving_off), "multiply small errors by 1, "),
     "vfo reverses": ("vfo", motion(swinging(10)), "v_0 changes its sign every 5 s from 5."),
     "polar_backstepping line": ("polar_backstepping", motion(driving_off), "the leader moves at 0.01 s"),
+    "guiding_field rest": ("guiding_field", motion(0.0), "multiply small errors by 1, "),
+    "guiding_field reverses": ("guiding_field", motion(swinging(3)), "v_0 changes its sign every 1.5 s"),
     "any, half turns": ("samson", motion(0.0, 320.0), "omega_0 = 320 rad/s at 0 s is half a turn or more"),
 }  # fmt: skip
 WITHIN = {
@@ -92,6 +94,8 @@ WITHIN = {
     "panteley circle": ("panteley", motion(0.5, 0.5)),
     "vfo reverses": ("vfo", motion(swinging(12))),
     "polar_backstepping rest": ("polar_backstepping", motion(0.0)),
+    "guiding_field reverses": ("guiding_field", motion(swinging(4))),
+    "guiding_field circle": ("guiding_field", motion(0.5, 0.5)),
     "any, less than half turns": ("samson", motion(0.0, 310.0)),
 }  # fmt: skip
 
@@ -120,6 +124,14 @@ def test_the_stabiliser_is_for_a_leader_at_rest() -> None:
     assert law.beyond(PERIOD, motion(0.0, lambda t: 1.0 * (t > 3))) == (
         "the leader moves at 3.01 s: the law is for one at rest",
     )
+
+
+def test_published_ends_on_a_cycle_about_a_leader_that_drives_at_the_end() -> None:
+    law = law_named("published")(kp=4.0, kd=6.0, ke=2.0, k=7.0)
+    (said,) = law.beyond(PERIOD, motion(driving_off))
+    assert said.startswith("|v_0| is still 1 m/s late in the run: followers end on a cycle about it, some ")
+    assert "= 0.25 m wide" in said
+    assert law.beyond(PERIOD, motion(0.0, 1.0)) == law.beyond(PERIOD, motion(until(60.0, 1.0))) == ()
 
 
 @pytest.mark.parametrize(("law", "leader", "told"), BEYOND.values(), ids=BEYOND)
@@ -154,17 +166,18 @@ def test_what_is_over_a_limit_is_told() -> None:
 @pytest.mark.property
 @pytest.mark.parametrize("duration", [0.5, 7.0])
 def test_what_is_left_of_errors_is_that_of_the_linear_equations(duration: float) -> None:
-    """The same equations in the leader's frame, e_x' = omega e_y - a e_x, e_y' = -omega e_x + v e_theta, by scipy."""
+    """The same equations in the leader's frame, in which e_x' = omega e_y - a e_x, by scipy."""
     leader = motion(lambda t: 0.3 + np.sin(t), lambda t: 2 * np.cos(1.3 * t), duration)
-    a, f, d = 1.2, 0.8, 1.5
+    a, f, d, across, aside = 1.2, 0.8, 1.5, 0.4, 0.3
 
     def errors(t: float, e: np.ndarray) -> np.ndarray:
         v, omega = 0.3 + np.sin(t), 2 * np.cos(1.3 * t)
         x, y, theta = e.reshape(3, 3)
-        return np.concatenate([omega * y - a * x, -omega * x + v * theta, -d * theta - f * y])
+        return np.concatenate([omega * y - a * x, (aside - omega) * x - across * y + v * theta, -d * theta - f * y])
 
     whole = solve_ivp(errors, (0, duration), np.eye(3).ravel(), rtol=1e-9, atol=1e-12).y[:, -1].reshape(3, 3)
     expected = max(np.linalg.norm(whole[:2, :2], 2), abs(whole[2, 2]))
     every = np.ones_like(leader.v_x)
     # Velocities at the beginning of each period instead of its middle: a relative error of about one period.
-    assert errors_left(PERIOD, leader, a * every, f * every, d * every) == pytest.approx(expected, rel=0.02)
+    left = errors_left(PERIOD, leader, a * every, f * every, d * every, across * every, aside * every)
+    assert left == pytest.approx(expected, rel=0.02)

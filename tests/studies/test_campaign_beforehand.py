@@ -24,6 +24,8 @@ WRONG: dict[str, tuple[set[str], set[str]]] = {
     "jiang_nijmeijer": ({"reverse-6s", "decay-10s"}, set()),
     "panteley": (set(), set()),
     "vfo": ({"random-walk"}, {"bursts"}),
+    "guiding_field": (set(), {"cusps-fast"}),
+    "published": (set(), {"spin-2", "spin-3", "spin-10", "spin-20"}),
     "limited": ({"reverse-300ms"}, set()),
 }
 
@@ -97,8 +99,8 @@ starts: {count: 2}
 def test_what_is_told_comes_true(law: str) -> None:
     """Ten families and 32 quick leaders: told where fewer than nine in ten starts arrive, and not elsewhere."""
     name = "agile" if law == "limited" else law
-    limits = {"limits": {"utilisation": 0.5}} if law == "limited" else {}
-    campaign = all_leaders({law: {"name": name} | limits})
+    own = {"limited": {"limits": {"utilisation": 0.5}}, "published": {"kp": 4, "kd": 6, "ke": 2, "k": 7}}
+    campaign = all_leaders({law: {"name": name} | own.get(law, {})})
     beyond = {family for family, _ in told(campaign)}
     missed = {
         family

@@ -135,13 +135,21 @@ def test_limits_by_hand(drive: DiffDrive) -> None:
     assert largest_factors(at_one_place(zero, zero, one, zero), drive, Ground(0.0))[0].max() == 0
 
 
-def test_a_motor_that_moves_gives_less_and_one_that_brakes_does_not(drive: DiffDrive) -> None:
-    fast, zero, hard = np.array([1.2]), np.zeros(1), np.array([2.0])
-    pushing = wheel_uses(at_one_place(fast, zero, hard, zero), drive, Ground(1.0))
-    braking = wheel_uses(at_one_place(fast, zero, -hard, zero), drive, Ground(1.0))
-    limits = [dict((name, use.limit) for name, _, use in uses)["wheel_torque"][0, 0] for uses in (pushing, braking)]
-    line = drive.motor.stall_torque * (1 - 1.2 / drive.wheel_radius / drive.motor.no_load_speed)
-    assert limits == pytest.approx([line, drive.motor.torque_limit], rel=tol.HAND)
+@pytest.mark.parametrize(
+    ("v", "told"), [(1.2, "wheel_speed"), (0.3, "wheel_torque"), (-1.2, None), (1.5, "wheel_speed")]
+)
+def test_what_is_used_of_a_motor_s_line_is_told_of_its_larger_part(
+    drive: DiffDrive, v: float, told: str | None
+) -> None:
+    """One that brakes has its torque and its no-load speed; beyond that speed nothing is told of its torque."""
+    weak = replace(drive, motor=replace(drive.motor, torque_limit=math.inf, stall_torque=0.02))
+    motion = at_one_place(np.array([v]), np.zeros(1), np.array([1.0]), np.zeros(1))
+    uses = {name: use for name, _, use in wheel_uses(motion, weak, Ground(1.0))}
+    torque, speed = weak.wheel_torques(*motion.rates, Ground().gravity_at(np.zeros(1))), v / weak.wheel_radius
+    parts = {"wheel_torque": abs(torque[0, 0]) / 0.02, "wheel_speed": abs(speed) / weak.motor.no_load_speed}
+    for name, part in parts.items():
+        expected = sum(parts.values()) if name == told else 0.0 if told and name == "wheel_torque" else part
+        assert uses[name].share[0, 0] == pytest.approx(expected, rel=tol.HAND)
 
 
 def test_rounding_goes_up_and_keeps_four_digits() -> None:

@@ -2,18 +2,24 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from nhtrack.analysis.demand import root_predictions
 from nhtrack.analysis.extent import extent_of
 from nhtrack.analysis.motion import root_motion
 from nhtrack.analysis.speedup import rounded_up
+from nhtrack.analysis.time_scale import at_time, leader_time
+from nhtrack.config.degrees import degree_warnings
 from nhtrack.config.law_sections import law_section
 from nhtrack.config.link import delay_warnings
 from nhtrack.config.scenario import Scenario
-from nhtrack.experiment.build import Experiment, make_law
+from nhtrack.errors import FeasibilityError
+from nhtrack.experiment.build import Experiment, build, make_law
 from nhtrack.experiment.leader_notes import leader_warnings
-from nhtrack.laws import Law, LeaderMotion
+from nhtrack.experiment.robot_checks import robot_warnings
+from nhtrack.laws import Law, LeaderMotion, Limits
 from nhtrack.laws.leader_bounds import over_limits
 
 _RESERVE = 1.05  # a leader at its followers' limit is not reached by most of them; one as much slower is
@@ -21,10 +27,35 @@ _ELSE = "agile"  # the law to be tried where another one has a bound
 
 
 def beforehand(scenario: Scenario, experiment: Experiment) -> tuple[str, ...]:
-    """Returns what is wrong with gains and leader, and how much a very large run is, in sentences; nothing is run."""
+    """Returns what is wrong with gains, leader, robot and ground, and how much a very large run is, in sentences."""
     extent = extent_of(experiment, wheels=scenario.backend != "ideal")
     large = [extent.sentence] if extent.is_large else []
-    return (*beforehand_of_law(scenario, experiment), *leader_beyond_robot(scenario, experiment), *large)
+    of_law = (*degree_warnings(scenario), *beforehand_of_law(scenario, experiment))
+    if scenario.backend == "ideal":
+        return (*of_law, *large)
+    of_robot = (*robot_warnings(scenario, experiment), *leader_beyond_robot(scenario, experiment))
+    return (*of_law, *of_robot, *large)
+
+
+def beforehand_without_time(scenario: Scenario) -> tuple[str, ...]:
+    """Returns the same of a scenario with `time: auto`, at the smallest time scale that fits its leader alone.
+
+    Followers may ask for a larger one, so that nothing is told of limits of the law, which depend on it.
+
+    Raises:
+        FeasibilityError: none fits a leader with wheels.
+    """
+    try:
+        time = leader_time(scenario)
+    except FeasibilityError as error:
+        if not scenario.leader.virtual:
+            raise
+        return (f"a robot in the place of {scenario.leader.name}: {error}",)
+    timed = at_time(scenario, time)
+    experiment = build(timed)
+    free = replace(experiment, law=replace(experiment.law, limits=Limits()))
+    at = f"similarity.time {time:g}, the smallest that fits {scenario.leader.name} alone"
+    return tuple(f"at {at}: {said}" for said in beforehand(timed, free))
 
 
 def beforehand_of_law(scenario: Scenario, experiment: Experiment) -> tuple[str, ...]:
@@ -32,7 +63,13 @@ def beforehand_of_law(scenario: Scenario, experiment: Experiment) -> tuple[str, 
     name, law = scenario.leader.name, experiment.law
     beyond = (f"{name}: {said}" for said in leader_beyond_law(law, scenario, experiment))
     late = delay_warnings(scenario.delay, scenario.law)
-    return (*law.warnings(), *late, *leader_warnings(scenario), *beyond)
+    gains = (_with_key(law, said) for said in law.warnings())
+    return (*gains, *late, *leader_warnings(scenario), *beyond)
+
+
+def _with_key(law: Law, said: str) -> str:
+    """Returns a sentence about gains with the key where it begins with one."""
+    return f"law.{said}" if said.partition(" ")[0] in law.gains._fields else f"law: {said}"
 
 
 def leader_beyond_robot(scenario: Scenario, experiment: Experiment) -> tuple[str, ...]:

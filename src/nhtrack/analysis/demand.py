@@ -17,13 +17,7 @@ from nhtrack.experiment.build import Experiment
 from nhtrack.experiment.loop import Rollout
 from nhtrack.ground import Ground
 from nhtrack.robots.diff_drive import DiffDrive
-
-
-def torque_limits(drive: DiffDrive, torque: Array, speed: Array) -> Array:
-    """Returns the torque [N m] a motor can give in the direction of `torque` at `speed` [rad/s]; not below zero."""
-    motor = drive.motor
-    line = motor.stall_torque * (1 - np.sign(torque) * speed / motor.no_load_speed)
-    return np.clip(line, 0.0, motor.torque_limit)
+from nhtrack.robots.motor import Motor
 
 
 @dataclass(frozen=True)
@@ -100,16 +94,35 @@ def wheel_uses(motion: IdealMotion, drive: DiffDrive, ground: Ground) -> tuple[t
     utilisation = drive.predicted_utilisation(ground, motion.g, *motion.rates)
     load, at_rest = (drive.wheel_loads(*rates, gravity) for rates in (motion.rates, motion.at_rest))
     torque, speed = drive.wheel_torques(*motion.rates, gravity), drive.wheel_speeds(motion.v, motion.omega)
-    available = torque_limits(drive, torque, speed)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        torque_share = np.where(torque == 0, 0.0, np.abs(torque) / available)
-    no_load = drive.motor.no_load_speed
+    fast, strong = _motor_uses(drive.motor, torque, speed)
     return (
         ("friction_utilisation", "1", Use(utilisation, np.array(1.0), utilisation)),
-        ("wheel_speed", "rad/s", Use(np.abs(speed), np.array(no_load), np.abs(speed) / no_load)),
-        ("wheel_torque", "N m", Use(np.abs(torque), available, torque_share)),
+        ("wheel_speed", "rad/s", fast),
+        ("wheel_torque", "N m", strong),
         ("wheel_load", "N", Use(load, np.array(0.0), 1 - load / at_rest)),
     )
+
+
+def _motor_uses(motor: Motor, torque: Array, speed: Array) -> tuple[Use, Use]:
+    """Returns what motors are asked for of speed and of torque.
+
+    A motor that drives stays below its line, |tau|/tau_s + |w|/w_0 <= 1. What is used of the line is told of the larger
+    of the two terms, with the limit at which the line would end if both grew alike; the other is held against the
+    no-load speed, or the driver's torque, alone.
+    """
+    of_speed, of_torque = np.abs(speed) / motor.no_load_speed, np.abs(torque) / motor.stall_torque
+    line = np.where(torque * speed > 0, of_torque + of_speed, of_torque)
+    turning = (of_speed > of_torque) & (torque * speed > 0)
+    fast = np.where(turning, line, of_speed)
+    strong = np.maximum(np.abs(torque) / motor.torque_limit, np.where(turning, 0.0, line))
+    return _proportional(speed, fast, motor.no_load_speed), _proportional(torque, strong, motor.torque_limit)
+
+
+def _proportional(values: Array, share: Array, otherwise: float) -> Use:
+    """Returns the use of values of which a share is told; where nothing is asked for, of a limit."""
+    size = np.abs(values)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        return Use(size, np.where(share > 0, size / share, otherwise), share)
 
 
 def predictions(scenario: Scenario, experiment: Experiment, run: Rollout, drive: DiffDrive) -> tuple[str, ...]:

@@ -8,12 +8,11 @@ import numpy as np
 
 from nhtrack.arrays import Array
 from nhtrack.experiment.build import Experiment
+from nhtrack.experiment.driven import root_path
 from nhtrack.experiment.loop import Rollout
 from nhtrack.recording import COMPONENTS
 
 WHEELS = COMPONENTS["wheel"]
-
-_NODES = 4  # of the quadrature that finds places, in a control period
 
 Rates: TypeAlias = tuple[Array, Array, Array, Array]
 
@@ -51,25 +50,10 @@ class IdealMotion(NamedTuple):
 
 def root_motion(experiment: Experiment) -> IdealMotion:
     """Returns how the root of an experiment moves on the ideal model, arrays of shape (k,); nothing is run for it."""
-    u, dt, ((x, y, theta), (v_0, _, omega_0)) = experiment.inputs, experiment.dt, (
-        state[0] for state in (experiment.start.g, experiment.start.xi)
-    )  # fmt: skip
-    v, omega = (_summed(rate * dt, start) for rate, start in zip(u.T, (v_0, omega_0), strict=True))
-    heading = _summed((omega[:-1] + u[:, 1] * dt / 2) * dt, theta)
-    places = np.zeros(len(u), dtype=complex)
-    for node, weight in zip(*np.polynomial.legendre.leggauss(_NODES), strict=True):
-        s = dt * (1 + node) / 2
-        angle = heading[:-1] + omega[:-1] * s + u[:, 1] * s * s / 2
-        places += dt * weight / 2 * (v[:-1] + u[:, 0] * s) * np.exp(1j * angle)
-    place = _summed(places, x + 1j * y)
-    pose = np.stack([place.real, place.imag, heading], axis=-1)
-    time = _ends(dt * np.arange(len(u) + 1))
-    return IdealMotion(time, _ends(pose), _ends(v), _ends(omega), *np.repeat(u, 2, axis=0).T)
-
-
-def _summed(steps: Array, start: Any) -> Array:
-    """Returns a quantity at the ends of all steps, and at the start."""
-    return np.concatenate([[start], start + np.cumsum(steps)])
+    start = experiment.start
+    pose, v, omega = root_path(experiment.inputs, experiment.dt, start.g[0], start.xi[0])
+    time = _ends(experiment.dt * np.arange(len(v)))
+    return IdealMotion(time, _ends(pose), _ends(v), _ends(omega), *np.repeat(experiment.inputs, 2, axis=0).T)
 
 
 def motion_of(run: Rollout, robots: Any = slice(None)) -> IdealMotion:

@@ -29,6 +29,7 @@ from nhtrack.ground import Gravity, Ground
 from nhtrack.robots.diff_drive import DiffDrive
 
 LIMITS = ("friction", "wheel speed", "wheel torque")  # in the order of `largest_factors`
+_MOSTLY = 0.5  # of the motor's line
 _DIGITS = 4  # of a time scale; friction goes with its square and is then used to within 0.2 % of the margin
 
 
@@ -132,7 +133,12 @@ def binding_of(robot: str, motion: IdealMotion, drive: DiffDrive, ground: Ground
     """Returns the limit that a robot of one motion meets first; `ground` as in `largest_factors`."""
     factors = largest_factors(motion, drive, ground)
     limit, row, wheel = np.unravel_index(factors.argmin(), factors.shape)
-    return Binding(robot, float(factors[limit, row, wheel]), LIMITS[limit], WHEELS[wheel], float(motion.time[row]))
+    factor, name = float(factors[limit, row, wheel]), LIMITS[limit]
+    if name == "wheel torque":
+        speed = factor * abs(drive.wheel_speeds(motion.v[row], motion.omega[row])[wheel])
+        if speed > _MOSTLY * drive.motor.no_load_speed:
+            name = "wheel speed"  # which has used up the motor's line
+    return Binding(robot, factor, name, WHEELS[wheel], float(motion.time[row]))
 
 
 def rounded_up(value: float) -> float:

@@ -47,19 +47,20 @@ def validate_command(
 
 
 def _beforehand(loaded: Scenario | Campaign) -> tuple[str, tuple[str, ...]]:
-    """Returns how much a run is, and what will go wrong in sentences; nothing while a time scale is yet to be found."""
+    """Returns how much a run is, where that is much and known, and what will go wrong, in sentences."""
     from nhtrack.config.campaign import Campaign
 
-    if loaded.similarity.time == "auto":
-        return "", ()
+    auto = loaded.similarity.time == "auto"
     if isinstance(loaded, Campaign):
-        from nhtrack.studies.campaign.beforehand import campaign_beforehand
+        from nhtrack.studies.campaign.beforehand import campaign_beforehand, campaign_beforehand_without_time
 
-        return "", campaign_beforehand(loaded)
-    from nhtrack.analysis.beforehand import beforehand
+        return "", campaign_beforehand_without_time(loaded) if auto else campaign_beforehand(loaded)
+    from nhtrack.analysis.beforehand import beforehand, beforehand_without_time
     from nhtrack.analysis.extent import extent_of
     from nhtrack.experiment.build import build
 
+    if auto:
+        return "", beforehand_without_time(loaded)
     experiment = build(loaded)
     extent = extent_of(experiment, wheels=loaded.backend != "ideal")
     known = extent.sentence and not extent.is_large  # else it is a warning

@@ -44,6 +44,11 @@ class MotionLimits(Section):
     speed: float | None = Field(
         default=None, gt=0, description="largest speed [m/s]; null takes half of what the motors reach without load"
     )
+    everywhere: bool = Field(
+        default=False,
+        description="whether the least friction of all patches counts; else of those where the leader drives, places "
+        "go with it, or starts lead straight to them",
+    )
 
 
 class LawSection(Section):

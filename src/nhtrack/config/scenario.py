@@ -58,7 +58,7 @@ class Scenario(Section):
     control_rate: float = Field(default=100.0, gt=0, description="control periods per second on the robot's clock [Hz]")
     delay: Delay = 0
     noise: Noise = Field(default=Noise(), description="what a law sees amiss of its own robot; drawn from `seed`")
-    seed: int = Field(default=0, ge=0, description="seed of everything random [1]")
+    seed: int = Field(default=0, ge=0, description="seed of the noise, all that is random in a run [1]")
     leader: LeaderSection = Field(description="the root of the network")
     followers: Annotated[tuple[FollowerSection, ...], Field(strict=False, min_length=1)] = Field(
         description="the robots that track others"

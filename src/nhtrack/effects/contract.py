@@ -45,12 +45,14 @@ class RobotsAtRest(NamedTuple):
         heading: theirs [rad], shape (n,).
         plant: their reduced model.
         ground: what they stand on.
+        met: indices of the patches that they meet on their way.
     """
 
     names: tuple[str, ...]
     heading: Array
     plant: DiffDrive
     ground: Ground
+    met: tuple[int, ...]
 
 
 @dataclass(frozen=True)

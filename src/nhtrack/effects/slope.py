@@ -5,19 +5,27 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from typing import Any, ClassVar, Self
+from typing import Annotated, Any, ClassVar, Self
 
-from pydantic import Field
+from pydantic import BeforeValidator, Field
 
 from nhtrack.effects.contract import Effect, RobotsAtRest
 from nhtrack.ground import Ground
-from nhtrack.section import Section
+from nhtrack.section import Section, fault, is_finite
+
+
+def _no_degrees(value: Any) -> Any:
+    if is_finite(value) and math.pi / 2 <= value < 90:
+        raise fault(f"expected less than pi/2 rad, got {value:g}; {value:g} degrees are {math.radians(value):.4g} rad")
+    return value
 
 
 class SlopeSection(Section):
     """An inclined floor. Poses are given in its plane; its normal is what robots take for upwards."""
 
-    angle: float = Field(default=0.0, ge=0, lt=math.pi / 2, description="angle with the horizontal [rad]")
+    angle: Annotated[float, BeforeValidator(_no_degrees)] = Field(
+        default=0.0, ge=0, lt=math.pi / 2, description="angle with the horizontal [rad]"
+    )
     uphill: float = Field(default=0.0, description="direction in which the floor rises, from the x axis [rad]")
 
 
@@ -47,13 +55,14 @@ class Slope(Effect):
 
     def warnings(self, robots: RobotsAtRest) -> Iterator[str]:
         """Yields that robots slide or tip where they begin."""
-        friction = robots.ground.friction
-        steepest = math.atan(friction)
-        if self.angle > steepest:
-            yield (
-                f"the slope of {self.angle:.3g} rad is steeper than the friction angle of {steepest:.3g} rad "
-                f"(friction {friction:g}): nothing on it stays where it is"
-            )
+        places = {"physics.friction": robots.ground.friction}
+        places |= {f"physics.patches[{i}].friction": robots.ground.patches[i].friction for i in robots.met}
+        for key, friction in places.items():
+            if self.angle > math.atan(friction):
+                yield (
+                    f"{key} {friction:g} holds up to {math.atan(friction):.3g} rad, and physics.slope.angle is "
+                    f"{self.angle:.3g}: nothing there stays where it is; {_up(math.tan(self.angle))} would hold it"
+                )
         if robots.plant.levelled:
             return
         loads = robots.plant.support_loads(robots.ground.gravity_at(robots.heading))
@@ -61,3 +70,8 @@ class Slope(Effect):
             least, part = min((float(load[place]), part) for part, load in loads.items())
             if least < 0:
                 yield f"{name} starts on a slope too steep to stand on: held there, it would lift its {part}"
+
+
+def _up(value: float) -> str:
+    """Returns a number of three digits that is not below a value."""
+    return f"{1.005 * value:.3g}"

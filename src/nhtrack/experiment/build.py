@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from math import inf
 
 import numpy as np
@@ -12,7 +12,8 @@ from nhtrack.config.law_sections import LawSection
 from nhtrack.config.robots import Start
 from nhtrack.config.scenario import Scenario
 from nhtrack.effects import effects_of
-from nhtrack.errors import SimulationDiverged
+from nhtrack.errors import FeasibilityError, SimulationDiverged
+from nhtrack.experiment.driven import patches_met
 from nhtrack.experiment.followers import Tracking
 from nhtrack.experiment.kernels import CompiledSimulation
 from nhtrack.experiment.limits import motion_limits
@@ -173,7 +174,16 @@ def make_limits(scenario: Scenario, robot: RobotModels | None = None) -> Limits 
     if wanted is None:
         return None
     plant, ground = (robot or robot_of(scenario)).plant, make_scene_spec(scenario).ground
-    return motion_limits(plant, ground, wanted.utilisation, wanted.speed)
+    everywhere = wanted.everywhere or not ground.patches
+    met = range(len(ground.patches)) if everywhere else patches_met(scenario, ground, 2 * plant.half_separation)
+    counted = replace(ground, patches=tuple(ground.patches[i] for i in met))
+    try:
+        return motion_limits(plant, counted, wanted.utilisation, wanted.speed)
+    except FeasibilityError as error:
+        keys = {"physics.friction": ground.friction}
+        keys |= {f"physics.patches[{i}].friction": ground.patches[i].friction for i in met}
+        least = min(keys, key=lambda key: keys[key])
+        raise FeasibilityError(f"law.limits: {error}; the least friction is {least}") from error
 
 
 def make_law(law: LawSection, similarity: Similarity, limits: Limits | None = None) -> Law:

@@ -1,9 +1,12 @@
 """How well the leader's accelerations take it along the path that a scenario gives; all of it needs a time scale."""
 
+from math import inf
+
 from nhtrack.config.scenario import Scenario
 from nhtrack.experiment.build import instants_of
-from nhtrack.references import Departure, Motion
+from nhtrack.references import Departure, Motion, Reference, Table
 
+_ROUNDING = 1e-9  # of the end of a run
 _TURNED_AWAY = 0.1  # [rad], of the ideal leader from its path
 
 
@@ -28,6 +31,13 @@ def leader_warnings(scenario: Scenario) -> tuple[str, ...]:
         )
     if isinstance(motion, Motion) and scenario.duration < motion.end < float("inf"):
         found.append(f"{name}: the run ends at t = {scenario.duration:g}, before its path does at t = {motion.end:.4g}")
+    # Of segments the last end is written by hand, and 0 after it is meant.
+    end = motion.u_x.end if isinstance(motion, Reference) and isinstance(motion.u_x, Table) else inf
+    if end < scenario.duration * (1 - _ROUNDING):
+        found.append(
+            f"{name}: leader.input has rows until t = {end:g} only, and the run ends at {scenario.duration:g}: it is 0 "
+            "from there on; a row at the end of the run would say so"
+        )
     return tuple(found)
 
 

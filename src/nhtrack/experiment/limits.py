@@ -47,7 +47,7 @@ def motion_limits(drive: DiffDrive, ground: Ground, utilisation: float, speed: f
 
     least, most = 1e-3 * GRAVITY, max(friction, 1e-3) * GRAVITY
     if not fits(least):
-        raise FeasibilityError(f"at {v:.3g} m/s no turn and no acceleration, however small, fits ground and motors")
+        raise FeasibilityError(_no_room(drive, everywhere, utilisation, (v, *_rates(drive, v, least))))
     for _ in range(_BISECTIONS):
         middle = (least + most) / 2
         least, most = (middle, most) if fits(middle) else (least, middle)
@@ -81,7 +81,13 @@ def _rates(drive: DiffDrive, v: float, grip: float) -> tuple[float, float, float
 
 
 def _fits(drive: DiffDrive, ground: Ground, utilisation: float, limits: tuple[float, float, float, float]) -> bool:
-    """Returns whether all motions within limits (v, omega, u_x, u_theta) keep their wheels and motors.
+    """Returns whether all motions within limits (v, omega, u_x, u_theta) keep their wheels and motors."""
+    used, held = _asked(drive, ground, limits)
+    return used <= utilisation and held
+
+
+def _asked(drive: DiffDrive, ground: Ground, limits: tuple[float, float, float, float]) -> tuple[float, bool]:
+    """Returns the largest utilisation of the motions within limits, and whether motors give all their torques.
 
     At one yaw rate and heading, torques are linear and utilisation is quasiconvex in (v, u_x, u_theta), so the corners
     decide, of which losses at the wheel joints ask most, too; yaw rates and headings are sampled.
@@ -101,4 +107,18 @@ def _fits(drive: DiffDrive, ground: Ground, utilisation: float, limits: tuple[fl
     used = drive.predicted_utilisation(ground, poses, v, omega, u_x, u_theta)
     torque = drive.wheel_torques(v, omega, u_x, u_theta, gravity)
     held = drive.motor.saturate(torque, drive.wheel_speeds(v, omega))
-    return bool((used <= utilisation).all() and (held == torque).all())
+    return float(used.max()), bool((held == torque).all())
+
+
+def _no_room(
+    drive: DiffDrive, ground: Ground, utilisation: float, limits: tuple[float, float, float, float]
+) -> str:
+    """Returns why not even these limits, next to none, fit, and what would make them fit."""
+    used, _ = _asked(drive, ground, limits)
+    none = f"at {limits[0]:.3g} m/s no turn and no acceleration, however small, fits"
+    if used > utilisation:
+        return (
+            f"{none} the floor: wheels ask for {used:.3g} times its friction {ground.friction:g}, of which the share "
+            f"{utilisation:g} may be used; {ground.friction * used / utilisation:.3g} would do"
+        )
+    return f"{none} the motors; a lower speed than that asks them for less"

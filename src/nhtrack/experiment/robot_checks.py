@@ -17,6 +17,7 @@ from nhtrack.config.scenario import Scenario
 from nhtrack.config.tree import Path, lookup
 from nhtrack.effects import Effect, RobotsAtRest, Setting, effects_of
 from nhtrack.errors import RobotError, did_you_mean
+from nhtrack.experiment.driven import patches_met
 from nhtrack.files.text import exists
 from nhtrack.robots.contract import Hints, is_robot_file
 from nhtrack.section import Finding
@@ -121,11 +122,12 @@ def robot_notes(experiment: Experiment) -> tuple[str, ...]:
     return tuple(f"{reading.file.name}: {note}" for note in reading.notes)
 
 
-def robot_warnings(experiment: Experiment) -> tuple[str, ...]:
+def robot_warnings(scenario: Scenario, experiment: Experiment) -> tuple[str, ...]:
     """Returns what will part robots from their reduced model, and what effects do to robots at rest, in sentences."""
     spec, robot = experiment.scene, experiment.robot
     heading = experiment.start.g[spec.first_body :, 2]
-    at_rest = RobotsAtRest(spec.bodies, heading, robot.plant, spec.ground)
+    met = patches_met(scenario, spec.ground, robot.plant.half_separation)
+    at_rest = RobotsAtRest(spec.bodies, heading, robot.plant, spec.ground, met)
     return (*_swinging(robot), *(warning for effect in spec.effects for warning in effect.warnings(at_rest)))
 
 

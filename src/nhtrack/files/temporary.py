@@ -11,10 +11,10 @@ from __future__ import annotations
 import fcntl
 import os
 import shutil
-import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from secrets import token_hex
 
 __all__ = ["is_held", "made_folder", "remove_abandoned", "temporary_folder"]
 
@@ -25,8 +25,9 @@ _PREFIX, _LOCK = ".nhtrack-", "lock"
 def temporary_folder(parent: Path) -> Iterator[Path]:
     """Yields a hidden folder inside another, which is removed at the end, after those of processes that are gone."""
     remove_abandoned(parent)
-    folder, lock = _made(parent)
+    folder, lock = parent / f"{_PREFIX}{token_hex(8)}", None
     try:
+        lock = _made(folder)
         yield folder
     finally:
         shutil.rmtree(folder, ignore_errors=True)
@@ -67,16 +68,16 @@ def is_held(parent: Path) -> bool:
     return any(parent.glob(f"{_PREFIX}*/{_LOCK}"))
 
 
-def _made(parent: Path) -> tuple[Path, int | None]:
-    """Returns a new folder and its lock, or None where files cannot be locked."""
+def _made(folder: Path) -> int | None:
+    """Makes a folder and returns its lock, or None where files cannot be locked."""
     while True:
-        folder = Path(tempfile.mkdtemp(dir=parent, prefix=_PREFIX))
+        folder.mkdir(mode=0o700, exist_ok=True)
         try:
-            return folder, _locked(folder)
+            return _locked(folder)
         except (BlockingIOError, FileNotFoundError):  # another took it for abandoned before it was locked
             continue
         except OSError:
-            return folder, None
+            return None
 
 
 def _locked(folder: Path) -> int:

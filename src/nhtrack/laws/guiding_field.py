@@ -34,13 +34,17 @@ from __future__ import annotations
 from math import atan, atan2, pi, sqrt
 from typing import Annotated, NamedTuple
 
+import numpy as np
+
 from nhtrack import planar
 from nhtrack.compiled import compiled
-from nhtrack.laws.contract import Follower, Gain, Leader, Limits
+from nhtrack.laws.contract import Follower, Gain, Leader, LeaderMotion, Limits
 from nhtrack.laws.gains import DAMPING, Hysteresis, InnerGain, PlaceDeadZoneSpeed
 from nhtrack.laws.inner_loop import Velocities, inner_loop
+from nhtrack.laws.leader_bounds import errors_left, not_brought_down, reverses
 from nhtrack.laws.relative_motion import direction_rates, view
 
+OFTEN = 3.5  # reversals that come sooner [1/k_theta] leave followers behind
 CENTRE = 1e-6  # |grad phi| below which the field has no direction
 
 
@@ -166,6 +170,24 @@ def _aim(gains: Gains, leader: Leader, x: _Jet, y: _Jet) -> _Jet:
     off, off_1 = atan(steep * phi), steep * phi_1 / root
     off_2 = (steep * phi_2 - 2 * steep * steep * phi * phi_1 * off_1) / root
     return _Jet(atan2(tau[1], tau[0]) - off, turn - off_1, turn_rate - off_2)
+
+
+def beyond(gains: Gains, period: float, leader: LeaderMotion) -> tuple[str, ...]:
+    """Returns that the leader reverses too often, or that small errors are not brought down, with the factor.
+
+    With each reversal the heading that leads back turns about; how often is too often is measured. Near its leader a
+    follower that heads along the field has x' = -k_x x + omega_r y, y' = (v_r kappa - omega_r) x - k_n |v_r| y in the
+    leader's frame, with v_r kappa = omega_r unless it is slow.
+    """
+    speed = np.abs(leader.v_x)
+    aside = leader.omega * np.minimum(1.0, speed / gains.least_speed) ** 2
+    every = np.ones_like(speed)
+    left = errors_left(period, leader, gains.k_x * every, 0 * every, gains.k_theta * every, gains.k_n * speed, aside)
+    about = f"{OFTEN:g}/k_theta: the heading that leads back turns about with each reversal"
+    return (
+        *reverses(period, leader, gains.least_speed, OFTEN / gains.k_theta, about),
+        *not_brought_down(left, period, leader, "its pull across the leader's path is k_n |v_0|"),
+    )
 
 
 def warnings(gains: Gains, limits: Limits) -> tuple[str, ...]:

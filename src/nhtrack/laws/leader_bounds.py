@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from nhtrack.laws.contract import LeaderMotion, Limits
+from nhtrack.settling import LATE
 
 LEFT = 1e-3  # share of an error that is too much at the end: 10 m become 10 mm
 _ORDER = 4  # of the series of exponentials
@@ -130,6 +131,12 @@ def turns(period: float, leader: LeaderMotion, for_so_long: float, most: float, 
     return (f"|omega_0|, {largest:.3g} rad/s at most, is {when} above {most:.3g} rad/s = {bound}",)
 
 
+def late_speed(leader: LeaderMotion) -> float:
+    """Returns the largest speed of a leader in the late part of a run [m/s]."""
+    speed = np.hypot(leader.v_x, leader.v_y)
+    return float(speed[ceil((1 - LATE) * len(speed)) :].max(initial=0.0))
+
+
 def accelerates(period: float, leader: LeaderMotion, over: float, most: float, bound: str) -> tuple[str, ...]:
     """Returns that the mean acceleration over some seconds, in the world, reaches a bound [m/s^2]."""
     steps = ceil(over / period)
@@ -183,14 +190,21 @@ def _longest(held: np.ndarray) -> tuple[int, int]:
 
 
 def errors_left(
-    period: float, leader: LeaderMotion, ahead: np.ndarray, steering: np.ndarray, turning: np.ndarray
+    period: float,
+    leader: LeaderMotion,
+    ahead: np.ndarray,
+    steering: np.ndarray,
+    turning: np.ndarray,
+    across: np.ndarray | float = 0.0,
+    aside: np.ndarray | float = 0.0,
 ) -> float:
     """Returns by what a run multiplies a small error of place, or of heading, whichever is left more of.
 
     To first order, and with the velocities that are commanded, a follower's errors p (of place, in the world) and
     theta behind a leader with the axes e (along) and n (across) obey
 
-        p' = -ahead e <e, p> + v_0 theta n,   theta' = -turning theta - steering <n, p>.
+        p' = -ahead e <e, p> + (aside <e, p> - across <n, p> + v_0 theta) n,
+        theta' = -turning theta - steering <n, p>.
 
     Args:
         period: control period [s].
@@ -198,13 +212,18 @@ def errors_left(
         ahead: gain on errors along the leader's heading [1/s], shape (k,), and so the others.
         steering: on errors across it [rad/(m s)].
         turning: on the heading [1/s].
+        across: on errors across the leader's heading, where theta is that from a heading which leads back [1/s].
+        aside: how fast an error along it becomes one across [1/s].
     """
     blocks = ceil(sqrt(len(ahead)))
     rows = ceil(len(ahead) / blocks)
     rates = np.zeros((blocks * rows, 3, 3))
     c, s, v = np.cos(leader.theta), np.sin(leader.theta), leader.v_x
-    columns = ((-ahead * c * c, -ahead * c * s, -s * v), (-ahead * c * s, -ahead * s * s, c * v),
-               (steering * s, -steering * c, -turning))  # fmt: skip
+    columns = (
+        (-ahead * c * c - across * s * s - aside * s * c, (across - ahead) * c * s - aside * s * s, -s * v),
+        ((across - ahead) * c * s + aside * c * c, -ahead * s * s - across * c * c + aside * c * s, c * v),
+        (steering * s, -steering * c, -turning),
+    )
     for i, line in enumerate(columns):
         for j, column in enumerate(line):
             rates[: len(ahead), i, j] = period * column

@@ -70,12 +70,13 @@ def field_warnings(c: float, field_speed: float, limits: Limits) -> tuple[str, .
     if field_speed >= limits.speed:
         found.append(
             f"field_speed = {field_speed:.3g} m/s is not below the speed limit {limits.speed:.3g} m/s: "
-            "nothing is left for the leader's own speed"
+            f"nothing is left for the leader's own; {limits.speed / 2 / field_speed:.2g} times it would leave half"
         )
     braking = c * field_speed
     if braking > limits.acceleration:
         found.append(
             f"c field_speed = {braking:.3g} m/s^2 is above the acceleration limit {limits.acceleration:.3g} "
-            "m/s^2: the follower cannot brake as the field asks"
+            "m/s^2: the follower cannot brake as the field asks; "
+            f"{0.99 * limits.acceleration / braking:.2g} times field_speed would do"
         )
     return tuple(found)

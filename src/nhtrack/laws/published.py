@@ -19,11 +19,13 @@ from math import sqrt
 from typing import Annotated, NamedTuple
 
 from nhtrack import planar
-from nhtrack.laws.contract import Follower, Gain, Leader, Limits
+from nhtrack.laws.contract import Follower, Gain, Leader, LeaderMotion, Limits
 from nhtrack.laws.gains import DAMPING, STEERING, STIFFNESS, DeadZoneLength, DeadZoneSpeed, Hysteresis
+from nhtrack.laws.leader_bounds import late_speed
 from nhtrack.laws.relative_motion import adjoint_attitude, relative_motion, relative_turns, side_angle
 
 FULL = 1  # the variant with the bracket
+CYCLE = 0.5  # radius of the cycle behind a leader on a line, about [v_0/sqrt(kp)]; it depends on ratios of gains
 
 
 class Gains(NamedTuple):
@@ -78,6 +80,16 @@ def command(
     if gains.variant == FULL:
         u_x += planar.ad((follower.v_x, follower.v_y, follower.omega), (relative.v_x, relative.v_y, omega))[0]
     return u_x, u_theta, Memory(relative.turns)
+
+
+def beyond(gains: Gains, period: float, leader: LeaderMotion) -> tuple[str, ...]:
+    """Returns that the leader still drives at the end, and so the size of the cycle about it that is left."""
+    speed = late_speed(leader)
+    radius = CYCLE * speed / sqrt(gains.kp)
+    if radius <= gains.dead_zone_length:
+        return ()
+    size = f"some {CYCLE:g} |v_0|/sqrt(kp) = {radius:.2g} m wide and half a radian askew"
+    return (f"|v_0| is still {speed:.3g} m/s late in the run: followers end on a cycle about it, {size}",)
 
 
 def warnings(gains: Gains, limits: Limits) -> tuple[str, ...]:

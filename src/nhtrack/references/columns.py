@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TypeAlias
 
 from nhtrack.files.text import TextError, read_text
+from nhtrack.references.samples import increasing_faults
 
 Cell: TypeAlias = tuple[int, str]  # where it begins in its line, from one, and its text
 
@@ -75,13 +76,7 @@ def read_csv(path: Path, names: Sequence[str]) -> Columns:
         raise FileFaults([f"{path.name}:1:1: {wrong if missing else twofold}"])
     where = [header.index(name) for name in names]
     rows = [(number, _csv_cells(line)) for number, line in enumerate(lines[1:], start=2) if line.strip(", \t")]
-    if faults := [
-        f"{path.name}:{number}:{cells[len(header)][0]}: {len(cells)} values under {len(header)} columns"
-        for number, cells in rows
-        if len(cells) > len(header)
-    ]:
-        raise FileFaults(faults)
-    return _columns(path, names, where, rows, "no rows under the header")
+    return _columns(path, names, where, rows, "no rows under the header", len(header))
 
 
 def header_of(path: Path) -> list[str]:
@@ -133,25 +128,36 @@ def _csv_cells(line: str) -> list[Cell]:
 
 
 def _columns(
-    path: Path, names: Sequence[str], where: Sequence[int], rows: Sequence[tuple[int, Sequence[Cell]]], none: str
+    path: Path,
+    names: Sequence[str],
+    where: Sequence[int],
+    rows: Sequence[tuple[int, Sequence[Cell]]],
+    none: str,
+    most: float = math.inf,
 ) -> Columns:
+    """Returns columns of rows, of which none may have more than so many cells; the first is of times that increase."""
     values: dict[str, list[float]] = {name: [] for name in names}
     places: dict[str, list[tuple[int, int]]] = {name: [] for name in names}
-    faults = [] if rows else [f"{path.name}:1:1: {none}"]
+    faults: list[tuple[int, int, str]] = [] if rows else [(1, 1, none)]
     for line, cells in rows:
+        if len(cells) > most:
+            faults.append((line, cells[int(most)][0], f"{len(cells)} values under {most} columns"))
         for name, index in zip(names, where, strict=True):
             if index >= len(cells):
                 column = cells[-1][0] + len(cells[-1][1]) if cells else 1
-                faults.append(f"{path.name}:{line}:{column}: no value for {name}")
+                faults.append((line, column, f"no value for {name}"))
                 continue
             column, text = cells[index]
             number = _number(text)
-            if not math.isfinite(number):
-                faults.append(f"{path.name}:{line}:{column}: {name} must be a finite number, got {text!r}")
-            values[name].append(number)
-            places[name].append((line, column))
+            if math.isfinite(number):
+                values[name].append(number)
+                places[name].append((line, column))
+            else:
+                faults.append((line, column, f"{name} must be a finite number, got {text!r}"))
+    for row, name, message in increasing_faults(values[names[0]], names[0]):
+        faults.append((*places[name][row], message))
     if faults:
-        raise FileFaults(faults)
+        raise FileFaults(f"{path.name}:{line}:{column}: {message}" for line, column, message in sorted(faults))
     return Columns(path.name, values, places)
 
 

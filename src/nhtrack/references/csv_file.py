@@ -10,8 +10,7 @@ from pydantic import Field
 
 from nhtrack.references.columns import FileFaults, read_csv
 from nhtrack.references.contract import InputSection, Reference
-from nhtrack.references.samples import increasing_faults
-from nhtrack.references.table import Interpolation
+from nhtrack.references.table import LATE_START, Interpolation
 
 _COLUMNS = ("t", "u_x", "u_theta")
 
@@ -26,7 +25,8 @@ class CsvInput(InputSection):
         description="CSV file with the columns t, u_x, u_theta named in its first line, found relative to the scenario",
     )
     interpolation: Interpolation = Field(
-        default="previous", description="hold each row until the next, or join rows by lines"
+        default="previous",
+        description="hold each row until the next, the last for ever, or join rows by lines, with 0 after the last",
     )
 
     @classmethod
@@ -35,8 +35,8 @@ class CsvInput(InputSection):
         if not isinstance(given["csv"], str) or not given["csv"]:
             return given  # the section's own fault, told by its model
         columns = read_csv(directory / given["csv"], _COLUMNS)
-        if faults := [columns.fault(*fault) for fault in increasing_faults(columns.values["t"])]:
-            raise FileFaults(faults)
+        if columns.values["t"][0] > 0:
+            raise FileFaults([columns.fault(0, "t", LATE_START.format(columns.values["t"][0]))])
         rest = {key: value for key, value in given.items() if key != "csv"}
         return {"table": dict(columns.values), **rest}
 

@@ -17,11 +17,11 @@ RowFault: TypeAlias = tuple[int, str, str]  # row, counted from 0, column, and m
 file_or_columns = Discriminator(lambda value: "<file>" if isinstance(value, str) else "<columns>")
 
 
-def increasing_faults(times: Sequence[float]) -> Iterator[RowFault]:
+def increasing_faults(times: Sequence[float], name: str = "t") -> Iterator[RowFault]:
     """Yields row, column and message of each time that is not later than the one before it."""
     for row, (before, now) in enumerate(pairwise(times), start=1):
         if now <= before:
-            yield row, "t", f"times must increase, got {now:.10g} after {before:.10g}"
+            yield row, name, f"times must increase, got {now:.10g} after {before:.10g}"
 
 
 def require_rows(columns: Mapping[str, Sequence[float]]) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from math import inf
 from typing import Annotated, Any, ClassVar, Literal, TypeAlias
 
 import numpy as np
@@ -13,11 +14,14 @@ from nhtrack.references.contract import InputSection, Reference, ReferenceInputE
 from nhtrack.section import Finding, Section, is_finite
 
 Interpolation: TypeAlias = Literal["previous", "linear"]
+LATE_START = "the first row is at t = {:g}; a table starts at 0 or before"
 
 
 @dataclass(frozen=True)
 class Table:
-    """Samples of a signal, held or joined by lines; constant before the first and after the last.
+    """Samples of a signal, held or joined by lines; constant before the first.
+
+    The last is held for ever where samples are held; where lines join them, the signal is 0 after it.
 
     Attributes:
         times: strictly increasing times, shape (n,).
@@ -46,11 +50,16 @@ class Table:
                 f"the times of a table must increase, got {times[row]:g} before {times[row + 1]:g}"
             )
 
+    @property
+    def end(self) -> float:
+        """The time after which it is 0."""
+        return self.times[-1] if self.interpolation == "linear" else inf
+
     def __call__(self, t: np.ndarray) -> np.ndarray:
         """Returns the values at the times `t`, both of shape (T,)."""
         times, values = np.asarray(self.times), np.asarray(self.values)
         if self.interpolation == "linear":
-            return np.asarray(np.interp(t, times, values), dtype=np.float64)
+            return np.asarray(np.interp(t, times, values, right=0.0), dtype=np.float64)
         starts = times - 1e-12 * np.abs(
             times
         )  # as in `Segments`: an instant a rounding early counts as on time
@@ -79,7 +88,8 @@ class TableInput(InputSection):
     words: ClassVar[str] = "a table"
     table: Samples = Field(description="the samples")
     interpolation: Interpolation = Field(
-        default="previous", description="hold each sample until the next, or join them by lines"
+        default="previous",
+        description="hold each sample until the next, the last for ever, or join them by lines, with 0 after the last",
     )
 
     def reference(self) -> Reference:
@@ -89,7 +99,7 @@ class TableInput(InputSection):
 
     @classmethod
     def findings(cls, given: Mapping[str, Any], times: np.ndarray | None) -> Iterator[Finding]:
-        """Yields columns that do not match, times out of order, rows missing at either end."""
+        """Yields columns that do not match, times out of order, rows missing at the beginning."""
         table = given["table"]
         columns: list[Any] = [table.get(name) for name in ("t", "u_x", "u_theta")] if isinstance(table, Mapping) else []
         if not columns or not all(isinstance(c, list) and c and all(map(is_finite, c)) for c in columns):
@@ -102,9 +112,4 @@ class TableInput(InputSection):
             yield ("table",), str(error)
             return
         if t[0] > 0:
-            yield ("table",), f"the first row is at t = {t[0]:g}; a table starts at 0 or before"
-        if given.get("interpolation") == "linear" and times is not None and t[-1] < times[-1] * (1 - 1e-9):
-            yield (
-                ("table",),
-                f"the last row is at t = {t[-1]:g} but the input is asked until t = {times[-1]:g}; add rows",
-            )
+            yield ("table",), LATE_START.format(t[0])

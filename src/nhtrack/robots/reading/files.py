@@ -12,6 +12,7 @@ import mujoco
 
 from nhtrack.errors import RobotError, did_you_mean
 from nhtrack.robots.contract import ROBOT_FILES, Hints, Refusal, RefusedRobot
+from nhtrack.robots.reading.bounds import bounded_text
 from nhtrack.robots.reading.missing import leave_out_missing
 from nhtrack.robots.reading.source import LISTS, Source
 from nhtrack.robots.reading.urdf import urdf_text
@@ -72,10 +73,7 @@ def load_source(path: Path, hints: Hints) -> Source:
 
 def _spec(file: Path) -> tuple[Any, dict[tuple[str, str], int], tuple[str, ...]]:
     """Returns the elements of a file, lines of those that MuJoCo gives none for, and what was left out."""
-    try:
-        text = file.read_text(encoding="utf-8-sig")
-    except (OSError, UnicodeDecodeError) as error:
-        raise RobotError(f"{file}: cannot be read: {error}") from error
+    text = bounded_text(file)
     said = re.sub(r"<!--.*?-->", "", text, flags=re.DOTALL)
     if file.suffix.lower() == ".xacro" or re.search(r"<xacro:(?!arg|property)", said):
         raise _xacro(file)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 
 from nhtrack.analysis.beforehand import leader_beyond_law, leader_beyond_robot
+from nhtrack.analysis.time_scale import at_time, leader_time
 from nhtrack.config.campaign import Campaign
 from nhtrack.config.link import delay_warnings
 from nhtrack.experiment.build import build, make_law, make_limits
@@ -13,7 +14,7 @@ from nhtrack.studies.campaign.cell import Cell
 
 
 def campaign_beforehand(
-    campaign: Campaign, gains: Mapping[tuple[str, str], Mapping[str, float]] | None = None
+    campaign: Campaign, gains: Mapping[tuple[str, str], Mapping[str, float]] | None = None, *, limited: bool = True
 ) -> tuple[str, ...]:
     """Returns what of its references is beyond laws and robots, in sentences, once for each reference and law.
 
@@ -23,13 +24,13 @@ def campaign_beforehand(
     Args:
         campaign: with its time scale as a number.
         gains: found by tuning, by label and family.
+        limited: whether to look at the limits that laws keep.
     """
     tuned = () if campaign.tuning is None else campaign.tuning.laws
     found, robot, limits = dict[str, dict[str, list[str]]](), None, {}
     laws = campaign.laws.items()
     late = [said for label, law in laws for said in delay_warnings(campaign.delay, law, f"laws.{label}")]
-    inner = {point for grid in campaign.grids for point in set(grid.names) - set(grid.corners)}
-    for family in (name for name in campaign.family_names if name not in inner):
+    for family in _looked_at(campaign):
         for place, label in enumerate(campaign.laws):
             cell = Cell(campaign, label, family, (gains or {}).get((label, family), {}))
             if place == 0:
@@ -39,11 +40,32 @@ def campaign_beforehand(
                 _note(found, cell, "", leader_beyond_robot(scenario, experiment))
             if gains is None and label in tuned:
                 continue
-            if label not in limits:
+            if limited and label not in limits:
                 limits[label] = make_limits(scenario.model_copy(update={"law": cell.law}), robot)
-            law = make_law(cell.law, experiment.similarity, limits[label])
+            law = make_law(cell.law, experiment.similarity, limits.get(label))
             _note(found, cell, f" under {label}", leader_beyond_law(law, scenario, experiment))
     return (*late, *(sentence for points in found.values() for sentence in _told(points)))
+
+
+def campaign_beforehand_without_time(campaign: Campaign) -> tuple[str, ...]:
+    """Returns the same of a campaign with `time: auto`, at the smallest time scale that fits its leaders alone.
+
+    Nothing is told of limits of laws; see `beforehand_without_time`.
+
+    Raises:
+        FeasibilityError: none fits.
+    """
+    guess = at_time(campaign, 1.0)
+    cells = [Cell(guess, next(iter(campaign.laws)), family) for family in _looked_at(campaign)]
+    time = max(leader_time(at_time(cell.scenario(0, virtual=False), "auto")) for cell in cells)
+    at = f"similarity.time {time:g}, the smallest that fits its leaders alone"
+    return tuple(f"at {at}: {said}" for said in campaign_beforehand(at_time(campaign, time), limited=False))
+
+
+def _looked_at(campaign: Campaign) -> list[str]:
+    """Returns the families that stand for all: of a grid its corners."""
+    inner = {point for grid in campaign.grids for point in set(grid.names) - set(grid.corners)}
+    return [name for name in campaign.family_names if name not in inner]
 
 
 def _note(found: dict[str, dict[str, list[str]]], cell: Cell, under: str, said: Iterable[str]) -> None:

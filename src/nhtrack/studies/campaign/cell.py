@@ -41,8 +41,12 @@ class Cell:
 
     @property
     def law(self) -> Law:
-        """The law with its gains."""
-        return self.campaign.laws[self.label].model_copy(update=dict(self.gains))
+        """The law with its gains, and with limits that are the same for all starts and references."""
+        law = self.campaign.laws[self.label].model_copy(update=dict(self.gains))
+        limits = getattr(law, "limits", None)
+        if limits is None:
+            return law
+        return law.model_copy(update={"limits": limits.model_copy(update={"everywhere": True})})
 
     @cached_property
     def draw(self) -> Draw:

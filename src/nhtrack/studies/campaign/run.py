@@ -11,6 +11,7 @@ from typing import Any, NamedTuple, TypeVar
 
 import pandas as pd
 
+from nhtrack.analysis.time_scale import at_time
 from nhtrack.config.campaign import Campaign
 from nhtrack.config.changes import overrides_of
 from nhtrack.config.edit import scenario_text
@@ -149,7 +150,7 @@ def _claim(campaign: Campaign, folder: Path, report: Callable[[str], Progress]) 
             raise CampaignError(f"{folder} holds another campaign; choose another --out")
         if held.get("laws", {}) != _hashes(campaign):
             raise CampaignError(f"{folder} was begun with another text of a law's file; choose another --out")
-        return _at_time(campaign, float(held["time_scale"]))
+        return at_time(campaign, float(held["time_scale"]))
     if used:
         raise CampaignError(f"{folder} exists already and holds no campaign; choose another --out")
     campaign = at_fitting_time(campaign, report("time scale"))
@@ -185,11 +186,7 @@ def at_fitting_time(campaign: Campaign, progress: Progress | None = None) -> Cam
         times.append(fitting_time(scenario.model_copy(update={"similarity": campaign.similarity})))
         if progress is not None:
             progress(done + 1, len(campaign.family_names))
-    return _at_time(campaign, max(times))
-
-
-def _at_time(campaign: Campaign, time: float) -> Campaign:
-    return campaign.model_copy(update={"similarity": campaign.similarity.model_copy(update={"time": time})})
+    return at_time(campaign, max(times))
 
 
 def _tuned(campaign: Campaign, folder: Path, progress: Progress, processes: int | None) -> dict[Key, dict[str, float]]:

@@ -9,7 +9,7 @@ from typing import Any
 from nhtrack.analysis.demand import PeakDemand
 from nhtrack.analysis.speedup import Binding
 from nhtrack.config.scenario import Scenario
-from nhtrack.presentation.numbers import seconds
+from nhtrack.presentation.numbers import cell, seconds
 from nhtrack.views import drawn_by
 
 
@@ -62,9 +62,18 @@ class Feasibility:
         smallest = f"the smallest time scale that fits is {self.fitting_time:g}"
         if self.fits:
             return f"Fits at similarity.time {time:g}, with friction used to {margin:.3g} at most; {smallest}."
-        worst = min(self.bindings, key=lambda binding: binding.factor)
+        worst = max(self.demands, key=self._used)
         place = f"{worst.robot}'s {worst.wheel} wheel at {seconds(worst.time)}"
-        return f"Does not fit at similarity.time {time:g}: {worst.limit} of {place}; {smallest}."
+        what = worst.quantity.replace("_", " ")
+        used, share = "of which there is none", self._used(worst)
+        if math.isfinite(share):
+            used = f"{cell(share, '%')} of what may be used"
+        return f"Does not fit at similarity.time {time:g}: {what} of {place}, {used}; {smallest}."
+
+    def _used(self, demand: PeakDemand) -> float:
+        """Returns the share of what a demand may use, which of friction is its margin."""
+        margin = self.scenario.similarity.friction_margin if demand.quantity == "friction_utilisation" else 1.0
+        return (demand.share or 0.0) / margin
 
     def __repr__(self) -> str:
         """Returns a one-line account."""

@@ -214,7 +214,7 @@ def run_warnings(scenario: Scenario, experiment: Experiment, twin: Rollout, driv
         found = (*found, f"law {scenario.law.name!r} {runs_as_python(interpreted)}")
     if scenario.backend == "ideal":
         return found
-    found = (*found, *robot_warnings(experiment))
+    found = (*found, *robot_warnings(scenario, experiment))
     if twin.failure is not None:
         found = (*found, f"the ideal twin diverged ({twin.failure}): from there on nothing is compared with it")
     return (*found, *predictions(scenario, experiment, twin, drive))
