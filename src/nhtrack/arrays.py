@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any, Protocol, TypeAlias, cast
 
 import numpy as np
@@ -11,6 +11,9 @@ import numpy.typing as npt
 # Written as NumPy's, which is what the package makes; `se2` and the reduced model take arrays of any array-API library.
 Array: TypeAlias = npt.NDArray[Any]
 Operand: TypeAlias = Array | float
+
+CHUNK = 1024  # rows at most that large arrays are cut into on a disk
+_BLOCK = 2**24  # bytes of a large array that are looked at at a time
 
 
 class Namespace(Protocol):
@@ -51,3 +54,10 @@ def require_last_axis(name: str, array: Array, size: int) -> None:
     """Raises ValueError unless the last axis of `array` has `size` components."""
     if array.ndim == 0 or array.shape[-1] != size:
         raise ValueError(f"{name}: expected shape (..., {size}), got {tuple(array.shape)}")
+
+
+def row_blocks(rows: int, size: int, block: int = _BLOCK) -> Iterator[slice]:
+    """Yields slices of the rows of an array of so many bytes, in order, each of about `block` bytes at most."""
+    step = max(1, block * rows // max(size, 1))
+    step -= step % CHUNK if step > CHUNK else 0
+    yield from (slice(first, min(first + step, rows)) for first in range(0, rows, step))

@@ -19,9 +19,10 @@ from nhtrack.config.documentation import json_schema
 from nhtrack.config.video import Video
 from nhtrack.experiment.load import load
 from nhtrack.presentation.numbers import cell, listed, quantity
+from nhtrack.presentation.thinned import extreme_rows
 from nhtrack.recording import Recording
 from nhtrack.report.data import payload
-from nhtrack.report.downsample import extreme_rows, numbers
+from nhtrack.report.downsample import numbers
 from nhtrack.report.film import duration_of, read_film
 from nhtrack.report.graph import graph_svg
 from nhtrack.report.scenario_listing import meanings, yaml_text

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from nhtrack.analysis.demand import root_predictions
+from nhtrack.analysis.extent import extent_of
 from nhtrack.analysis.motion import root_motion
 from nhtrack.analysis.speedup import rounded_up
 from nhtrack.analysis.time_scale import at_time, leader_time
@@ -26,11 +27,14 @@ _ELSE = "agile"  # the law to be tried where another one has a bound
 
 
 def beforehand(scenario: Scenario, experiment: Experiment) -> tuple[str, ...]:
-    """Returns what is wrong with gains, leader, robot and ground, in sentences; nothing is run for it."""
+    """Returns what is wrong with gains, leader, robot and ground, and how much a very large run is, in sentences."""
+    extent = extent_of(experiment, wheels=scenario.backend != "ideal")
+    large = [extent.sentence] if extent.is_large else []
     of_law = (*degree_warnings(scenario), *beforehand_of_law(scenario, experiment))
     if scenario.backend == "ideal":
-        return of_law
-    return (*of_law, *robot_warnings(scenario, experiment), *leader_beyond_robot(scenario, experiment))
+        return (*of_law, *large)
+    of_robot = (*robot_warnings(scenario, experiment), *leader_beyond_robot(scenario, experiment))
+    return (*of_law, *of_robot, *large)
 
 
 def beforehand_without_time(scenario: Scenario) -> tuple[str, ...]:

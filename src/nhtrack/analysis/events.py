@@ -65,7 +65,8 @@ def find_events(recording: Recording) -> tuple[Event, ...]:
     """
     if recording.backend != "mujoco":
         return ()
-    found = [event for rule in _RULES if rule.is_known(recording) for event in _events_of(recording, rule)]
+    rules = [rule for rule in _RULES if rule.is_known(recording)]
+    found = [event for part in recording.shares() for rule in rules for event in _events_of(part, rule)]
     found += [*_tipping(recording), *touches(recording)]
     places = {name: place for place, name in enumerate(recording.robots)}
     return tuple(sorted(found, key=lambda event: (event.start, places[event.robot])))
@@ -207,5 +208,5 @@ def _tipping(recording: Recording) -> list[Event]:
     if ended is None or ended.reason != REASONS[TIPPED_OVER]:
         return []
     robot, time = ended.robot, ended.time
-    tilt = recording["tilt"].values[:, recording.robots.index(robot)]
+    tilt = recording["tilt"][:, recording.robots.index(robot)].values
     return [Event("tipped", robot, None, time, time, "tilt", float(tilt.max()), "rad")]

@@ -11,6 +11,7 @@ import numpy as np
 from nhtrack.analysis.event import Event, first_touch
 from nhtrack.analysis.events import find_events
 from nhtrack.analysis.spells import averaged
+from nhtrack.arrays import row_blocks
 from nhtrack.recording import Recording
 from nhtrack.settling import SettlingLimits, first_late_row, settling_limits, settling_rows
 
@@ -54,6 +55,16 @@ def of_largest_magnitude(values: np.ndarray) -> np.ndarray:
     return np.where(np.abs(left) >= np.abs(right), left, right)
 
 
+def mean_loads(recording: Recording, rows: slice = slice(None)) -> np.ndarray:
+    """Returns the wheel loads of rows, means over `LOAD_SPAN` [N], shape (k, robot, 2)."""
+    load, time = recording["wheel_load"], recording.time
+    first, last, _ = rows.indices(len(time))
+    if recording.rows > len(time):  # thinned: they are means already
+        return np.asarray(load[rows].values)
+    before = int(np.searchsorted(time, time[first] - LOAD_SPAN)) if first else 0
+    return averaged(load[before:last].values, time[before:last], LOAD_SPAN)[first - before :]
+
+
 def late_rows(recording: Recording) -> slice:
     """Returns the rows of the last 15 % of the time."""
     return slice(first_late_row(recording.time), None)
@@ -75,12 +86,15 @@ def settling_times(recording: Recording) -> np.ndarray:
 
 def smallest_separation(recording: Recording) -> Separation | None:
     """Returns the closest any two robots came, or None for a single robot."""
-    positions = recording["pose"].values[..., :2]
-    robots = recording.robots
+    pose, robots = recording["pose"], recording.robots
     if len(robots) < 2:
         return None
     find = _nearest_of_few if len(robots) <= _FEW else _nearest_of_many
-    distance, row, first, second = find(positions)
+    found = []
+    for part in row_blocks(len(pose), pose.nbytes):
+        distance, row, first, second = find(pose[part].values[..., :2])
+        found.append((distance, part.start + row, first, second))
+    distance, row, first, second = min(found)
     return Separation(distance, (robots[first], robots[second]), float(recording.time[row]))
 
 
@@ -140,6 +154,10 @@ def summary(recording: Recording, events: Sequence[Event] | None = None) -> dict
 
 def follower_figures(recording: Recording) -> dict[str, dict[str, Any]]:
     """Returns the errors of every follower by its name, and when it settled; see `summary`."""
+    return {name: figures for part in recording.shares() for name, figures in _follower_figures(part).items()}
+
+
+def _follower_figures(recording: Recording) -> dict[str, dict[str, Any]]:
     position, heading = position_error(recording), np.abs(heading_error(recording))
     late, settled = late_rows(recording), settling_times(recording)
     columns = {name: i for i, name in enumerate(recording.robots)}
@@ -163,10 +181,14 @@ def robot_figures(recording: Recording, touched: float | None = None) -> dict[st
         recording: the run.
         touched: when robots touched first [s]; ideal twins pass through, and gaps are those until then.
     """
+    return {name: figures for part in recording.shares() for name, figures in _robot_figures(part, touched).items()}
+
+
+def _robot_figures(recording: Recording, touched: float | None) -> dict[str, dict[str, Any]]:
     travelled = np.hypot(*np.moveaxis(np.diff(recording["pose"].values[..., :2], axis=0), -1, 0)).sum(axis=0)
     before = slice(None) if touched is None else recording.time <= touched
     position, heading = position_gap(recording)[before], np.abs(heading_gap(recording))[before]
-    load = averaged(recording["wheel_load"].values, recording.time, LOAD_SPAN)
+    load = mean_loads(recording)
     columns: dict[str, np.ndarray] = {
         "path_length": travelled,
         "gap_position_rms": np.sqrt((position**2).mean(axis=0)),

@@ -62,10 +62,10 @@ def motion_of(run: Rollout, robots: Any = slice(None)) -> IdealMotion:
     Of a run with a row every so many periods, the motion at the start of those periods only.
     """
     if run.every > 1:
-        pose, twist, u = (run.variables[name][:-1][..., robots, :] for name in ("pose", "twist", "input"))
+        pose, twist, u = (run.variables[name][:-1, ..., robots, :] for name in ("pose", "twist", "input"))
         return IdealMotion(run.time[:-1], pose, twist[..., 0], twist[..., 2], u[..., 0], u[..., 1])
     pose, twist = (_ends(run.variables[name][..., robots, :]) for name in ("pose", "twist"))
-    u = np.repeat(run.variables["input"][:-1][..., robots, :], 2, axis=0)
+    u = np.repeat(run.variables["input"][:-1, ..., robots, :], 2, axis=0)
     return IdealMotion(_ends(run.time), pose, twist[..., 0], twist[..., 2], u[..., 0], u[..., 1])
 
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from nhtrack.analysis.event import Event, Touch
 from nhtrack.analysis.spells import begins, joined_spells
+from nhtrack.arrays import row_blocks
 from nhtrack.recording import Recording
 
 
@@ -19,13 +20,23 @@ def touches(recording: Recording) -> Iterator[Event]:
     """
     if "touch" not in recording.dataset:
         return
-    table, time = recording["touch"].values, recording.time
-    row, robot, slot = np.nonzero(np.isfinite(table[..., 0]))
-    noted = table[row, robot, slot]
+    time, (row, robot, noted) = recording.time, _noted(recording)
     pairs = np.sort(np.stack([robot, noted[:, 0].astype(int)], axis=-1), axis=-1)
     for pair in np.unique(pairs, axis=0):
         its = (pairs == pair).all(axis=-1)
         yield from _events(recording, pair, row[its], noted[its], begins(time))
+
+
+def _noted(recording: Recording) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Returns the rows with a contact and the robots that it was noted with, shape (k,), and what was noted of it."""
+    table = recording["touch"]
+    found = [(np.empty(0, dtype=int), np.empty(0, dtype=int), np.empty((0, table.shape[-1])))]
+    for part in row_blocks(len(table), table.nbytes):
+        values = table[part].values
+        row, robot, slot = np.nonzero(np.isfinite(values[..., 0]))
+        found.append((part.start + row, robot, values[row, robot, slot]))
+    rows, robots, noted = zip(*found, strict=True)
+    return np.concatenate(rows), np.concatenate(robots), np.concatenate(noted)
 
 
 def _events(

@@ -14,11 +14,8 @@ from nhtrack.terminal.app import EXIT_SCENARIO, app, fail
 from nhtrack.terminal.screen import screen
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from nhtrack.config.campaign import Campaign
     from nhtrack.config.scenario import Scenario
-    from nhtrack.experiment.build import Experiment
 
 
 @app.command("validate")
@@ -33,7 +30,7 @@ def validate_command(
     for source in files:
         try:
             loaded = load_either(source)
-            warnings = _beforehand(loaded)
+            extent, warnings = _beforehand(loaded)
         except ScenarioError as error:
             faulty = True
             typer.echo(str(error), err=True)
@@ -41,7 +38,7 @@ def validate_command(
             faulty = True
             typer.echo(f"{source}: infeasible: {error}", err=True)
         else:
-            typer.echo(f"{source}: ok ({_account(loaded)})")
+            typer.echo(f"{source}: ok ({_account(loaded)}{extent})")
             for warning in warnings:
                 typer.echo(f"{source}: warning: {warning}", err=True)
             faulty = faulty or (strict and bool(warnings))
@@ -49,33 +46,25 @@ def validate_command(
         raise typer.Exit(EXIT_SCENARIO)
 
 
-def _beforehand(loaded: Scenario | Campaign) -> tuple[str, ...]:
-    """Returns what will go wrong, in sentences."""
+def _beforehand(loaded: Scenario | Campaign) -> tuple[str, tuple[str, ...]]:
+    """Returns how much a run is, where that is much and known, and what will go wrong, in sentences."""
     from nhtrack.config.campaign import Campaign
 
     auto = loaded.similarity.time == "auto"
     if isinstance(loaded, Campaign):
         from nhtrack.studies.campaign.beforehand import campaign_beforehand, campaign_beforehand_without_time
 
-        return campaign_beforehand_without_time(loaded) if auto else campaign_beforehand(loaded)
+        return "", campaign_beforehand_without_time(loaded) if auto else campaign_beforehand(loaded)
     from nhtrack.analysis.beforehand import beforehand, beforehand_without_time
+    from nhtrack.analysis.extent import extent_of
     from nhtrack.experiment.build import build
 
     if auto:
-        return beforehand_without_time(loaded)
+        return "", beforehand_without_time(loaded)
     experiment = build(loaded)
-    return (*beforehand(loaded, experiment), *_large(experiment))
-
-
-def _large(experiment: Experiment) -> Iterator[str]:
-    """Yields that a run's rows and its twin's go to the disk, and how many there are."""
-    from nhtrack.experiment.storage import MEMORY
-    from nhtrack.studies.run.run import recorded_bytes
-
-    if (size := recorded_bytes(experiment)) > MEMORY:
-        rows = f"{len(experiment.inputs)} control periods of {len(experiment.network)} robots"
-        fewer = f"`record: {{every: {10 * experiment.every}}}` keeps a tenth"
-        yield f"{rows} are {size / 1e9:.3g} GB of rows, more than the {MEMORY / 1e9:g} GB that memory is for; {fewer}"
+    extent = extent_of(experiment, wheels=loaded.backend != "ideal")
+    known = extent.sentence and not extent.is_large  # else it is a warning
+    return f"; {extent.sentence}" if known else "", beforehand(loaded, experiment)
 
 
 def _account(loaded: Scenario | Campaign) -> str:

@@ -19,7 +19,7 @@ from nhtrack.experiment.kernels import CompiledSimulation
 from nhtrack.experiment.limits import motion_limits
 from nhtrack.experiment.link import Link
 from nhtrack.experiment.loop import Progress, Rollout, rollout, run_loop
-from nhtrack.experiment.recorder import FullRecorder, Recorder
+from nhtrack.experiment.recorder import KeepingRecorder, Recorder
 from nhtrack.laws import Law, Limits
 from nhtrack.network import Network
 from nhtrack.similarity import Similarity
@@ -76,7 +76,7 @@ class Experiment:
         simulation: CompiledSimulation,
         progress: Progress | None = None,
         batch: tuple[int, ...] = (),
-        recorder: FullRecorder | None = None,
+        recorder: KeepingRecorder | None = None,
     ) -> Rollout:
         """Returns the run of this experiment in a simulation; in a batch of them, all from the same start."""
         start = State(self.start.t, *(np.broadcast_to(x, (*batch, *x.shape)) for x in (self.start.g, self.start.xi)))

@@ -8,10 +8,11 @@ commands for the period. Many periods are one call of compiled code, which knows
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 
@@ -28,7 +29,7 @@ from nhtrack.experiment.followers import (
 )
 from nhtrack.experiment.kernels import Block, CompiledSimulation, command_fleet, finish_fleet, run_ideal, run_on_wheels
 from nhtrack.experiment.link import Link
-from nhtrack.experiment.recorder import FullRecorder, Recorder, Shape
+from nhtrack.experiment.recorder import FullRecorder, KeepingRecorder, Recorder, Shape
 from nhtrack.laws.law import Law
 from nhtrack.network import Network
 from nhtrack.simulation.engine import roll_units
@@ -47,7 +48,8 @@ class Rollout:
 
     Attributes:
         time: times [s], shape (t,): the start and the end of every period that was finished.
-        variables: arrays of shape (t, ..., n, components) by the names of `nhtrack.recording.VARIABLES`.
+        variables: arrays of shape (t, ..., n, components) by the names of `nhtrack.recording.VARIABLES`, or what is
+            read as such, a part at a time.
         qpos: MuJoCo's configuration, shape (t, ..., nq), or None.
         failure: why the run ended early, or None.
         interrupted: whether the user stopped it.
@@ -55,7 +57,7 @@ class Rollout:
     """
 
     time: np.ndarray
-    variables: dict[str, np.ndarray]
+    variables: Mapping[str, Any]
     qpos: np.ndarray | None
     failure: SimulationDiverged | None = None
     interrupted: bool = False
@@ -82,7 +84,7 @@ def rollout(
     start: State,
     tracking: Tracking | None = None,
     progress: Progress | None = None,
-    recorder: FullRecorder | None = None,
+    recorder: KeepingRecorder | None = None,
     every: int = 1,
     link: Link | None = None,
 ) -> Rollout:
@@ -112,11 +114,8 @@ def rollout(
         if not recorder.count:
             raise
         interrupted = True
-    batch = start.g.ndim > 2
-    one = slice(None) if batch else 0
-    variables = {name: values[:, one] for name, values in recorder.variables.items()}
-    qpos = recorder.qpos
-    return Rollout(recorder.time, variables, None if qpos is None else qpos[:, one], failure, interrupted, every)
+    variables, qpos = recorder.kept(batch=start.g.ndim > 2)
+    return Rollout(recorder.time, variables, qpos, failure, interrupted, every)
 
 
 def run_loop(

@@ -5,14 +5,12 @@ A recorder says where rows are to be written, a block of control periods at a ti
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from pathlib import Path
-from typing import NamedTuple, Protocol
+from collections.abc import Mapping
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
 from nhtrack.experiment.rows import BARE, Rows, variables_of
-from nhtrack.experiment.storage import storage
 from nhtrack.simulation import columns
 from nhtrack.simulation.touch import FIELDS, SLOTS
 
@@ -71,28 +69,30 @@ class Shape(NamedTuple):
         touched = self.touch * SLOTS * len(FIELDS)
         return 8 * self.simulations * (self.robots * (self.columns + touched) + p * size)
 
-    def rows(
-        self, count: int, *, memory: bool, qpos: bool, touch: bool, empty: Callable[..., np.ndarray] = np.empty
-    ) -> Rows:
-        """Returns room for so many rows, made by `empty`."""
+    def times(self, first: int, count: int) -> np.ndarray:
+        """Returns the times of so many rows from `first` on [s]."""
+        periods = np.minimum(np.arange(first, first + count) * self.every, self.periods)
+        return self.start + periods * self.dt
+
+    def rows(self, count: int, *, memory: bool, qpos: bool, touch: bool) -> Rows:
+        """Returns room for so many rows."""
         b, n = self.simulations, self.robots
         return Rows(
-            empty((b, count, n, self.columns)),
+            np.empty((b, count, n, self.columns)),
             np.empty((b, count if memory else 0, n, max(self.memory, 1))),
-            empty((b, count if qpos and self.qpos[0] else 0, *self.qpos)),
-            empty((b, count if touch and self.touch else 0, n, SLOTS, len(FIELDS))),
+            np.empty((b, count if qpos and self.qpos[0] else 0, *self.qpos)),
+            np.empty((b, count if touch and self.touch else 0, n, SLOTS, len(FIELDS))),
             0,
         )
 
 
 class Recorder(Protocol):
-    """Keeps what a run leaves.
+    """Keeps what a run leaves."""
 
-    Attributes:
-        room: how many rows `space` has at most.
-    """
-
-    room: int
+    @property
+    def room(self) -> int:
+        """How many rows `space` has at most."""
+        ...
 
     def begin(self, shape: Shape) -> None:
         """Is told how much will come."""
@@ -107,22 +107,33 @@ class Recorder(Protocol):
         ...
 
 
+class KeepingRecorder(Recorder, Protocol):
+    """Keeps all rows."""
+
+    @property
+    def count(self) -> int:
+        """How many there are."""
+        ...
+
+    @property
+    def time(self) -> np.ndarray:
+        """Times of the rows [s]."""
+        ...
+
+    def kept(self, *, batch: bool) -> tuple[Mapping[str, Any], Any]:
+        """Returns variables and qpos as `nhtrack.experiment.loop.Rollout` has them, of a batch or of one simulation."""
+        ...
+
+
 class FullRecorder:
-    """Keeps every row.
+    """Keeps every row in memory, and MuJoCo's configurations with them."""
 
-    Args:
-        qpos: whether to keep MuJoCo's configurations, for films.
-        folder: where rows may go that memory is too small for; None keeps them in memory.
-    """
-
-    def __init__(self, *, qpos: bool = True, folder: Path | None = None) -> None:
-        self._qpos, self._folder, self.count = qpos, folder, 0
+    count = 0
 
     def begin(self, shape: Shape) -> None:
         """Takes memory for the whole run."""
         self.shape, self.count, self.room = shape, 0, shape.total + shape.periods
-        empty = storage(shape.row_bytes * shape.total, self._folder)
-        self._rows = shape.rows(shape.total, memory=False, qpos=self._qpos, touch=True, empty=empty)
+        self._rows = shape.rows(shape.total, memory=False, qpos=True, touch=True)
 
     def space(self, first: int, count: int) -> Rows:
         """Returns the rows themselves."""
@@ -135,23 +146,23 @@ class FullRecorder:
     @property
     def time(self) -> np.ndarray:
         """Times of the rows [s]."""
-        periods = np.minimum(np.arange(self.count) * self.shape.every, self.shape.periods)
-        return self.shape.start + periods * self.shape.dt
+        return self.shape.times(0, self.count)
 
-    @property
-    def variables(self) -> dict[str, np.ndarray]:
-        """Arrays of shape (t, b, n, ...) by the names of `nhtrack.recording.VARIABLES`."""
-        found = variables_of(self._rows.table[:, : self.count].swapaxes(0, 1))
-        touch = self._rows.touch[:, : self.count].swapaxes(0, 1)
-        return found | ({"touch": touch} if self.shape.touch else {})
+    def kept(self, *, batch: bool) -> tuple[Mapping[str, np.ndarray], np.ndarray | None]:
+        """Returns the rows by the names of variables, and qpos; see `KeepingRecorder`."""
+        variables, qpos = kept_of(self._rows, self.count)
+        one = slice(None) if batch else 0
+        return {name: values[:, one] for name, values in variables.items()}, None if qpos is None else qpos[:, one]
 
-    @property
-    def qpos(self) -> np.ndarray | None:
-        """MuJoCo's configurations, shape (t, b, nq), or None."""
-        held = self._rows.qpos
-        if not held.shape[1]:
-            return None
-        return held[:, : self.count].reshape(len(held), self.count, -1).swapaxes(0, 1)
+
+def kept_of(rows: Rows, count: int) -> tuple[dict[str, np.ndarray], np.ndarray | None]:
+    """Returns views of the first rows: by the names of variables, shape (t, b, n, ...); and qpos, shape (t, b, nq)."""
+    found = variables_of(rows.table[:, :count].swapaxes(0, 1))
+    if rows.touch.shape[1]:
+        found |= {"touch": rows.touch[:, :count].swapaxes(0, 1)}
+    if not rows.qpos.shape[1]:
+        return found, None
+    return found, rows.qpos[:, :count].reshape(len(rows.qpos), count, -1).swapaxes(0, 1)
 
 
 class Streaming:

@@ -17,6 +17,7 @@ from nhtrack.analysis.events import find_events
 from nhtrack.plots.figures import run_figures
 from nhtrack.plots.files import save_figure
 from nhtrack.plots.style import column_styled
+from nhtrack.presentation.thinned import thinned
 from nhtrack.recording import Recording
 
 __all__ = ["draw_figures", "run_figures", "save_drawn", "save_figures"]
@@ -47,7 +48,7 @@ def draw_figures(
     recording: Recording, names: Iterable[str], events: Sequence[Event] | None = None
 ) -> Iterator[tuple[str, Figure]]:
     """Yields those of the named figures that have something to say of a run, with their names; see `save_figures`."""
-    found = find_events(recording) if events is None else events
+    found, recording = find_events(recording) if events is None else events, thinned(recording)
     for name in names:
         draw = run_figures()[name]
         figure = draw(recording, events=found) if "events" in signature(draw).parameters else draw(recording)

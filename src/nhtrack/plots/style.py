@@ -183,7 +183,9 @@ def write_note(figure: Figure, recording: Recording, *sentences: str) -> float:
     units = [f"1\N{NO-BREAK SPACE}m is {_metres(length)}"] if length != 1.0 else []
     units += [f"1\N{NO-BREAK SPACE}s is {time:.4g}\N{NO-BREAK SPACE}s"] if time != 1.0 else []
     scale = [f"The scenario's {' and its '.join(units)} here."] if units else []
-    said = [*sentences, *scale]
+    whole = len(recording.time) == recording.rows
+    rows = "" if whole else f"Drawn: {len(recording.time)} of {recording.rows} rows, peaks among them."
+    said = [*sentences, *scale, *([rows] if rows else [])]
     if not said:
         return EDGE
     lines = textwrap.wrap(" ".join(said), int(_NOTE_LETTERS * figure.get_figwidth()))

@@ -10,14 +10,17 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from nhtrack.arrays import row_blocks
 from nhtrack.errors import RecordingError
-from nhtrack.files.checksums import checked
+from nhtrack.files.checksums import checked, unchecked
 from nhtrack.files.text import exists
 from nhtrack.recording.variables import FORMAT_VERSION
 from nhtrack.simulation.spec import SceneSpec
 
 if TYPE_CHECKING:
     import xarray as xr
+
+LARGE = 2**27  # bytes of a dataset that is read a part at a time
 
 
 def read_dataset(source: Path) -> xr.Dataset:
@@ -42,15 +45,29 @@ def read_dataset(source: Path) -> xr.Dataset:
     return dataset
 
 
+def reopened(source: Path) -> xr.Dataset:
+    """Returns the dataset of a file that was just written: nothing is kept of what is read of its variables."""
+    return unchecked(_opened(source))
+
+
+def _opened(source: Path) -> xr.Dataset:
+    import xarray as xr
+
+    return xr.open_dataset(source, engine="h5netcdf", cache=False)
+
+
 def _loaded(source: Path) -> xr.Dataset:
-    import h5py
-    import xarray as xr  # takes long to import, and names of variables need none of it
+    """Returns the dataset of a file, in memory where it is not large."""
+    import h5py  # takes long to import, as xarray does, and names of variables need none of it
 
     at = ""
     try:
         with h5py.File(source) as file:  # where these fail h5netcdf leaves half an object, which prints a traceback
             file.attrs.get("_nc3_strict")
-        with xr.open_dataset(source, engine="h5netcdf") as dataset:
+        dataset = _opened(source)
+        if dataset.nbytes > LARGE:
+            return dataset
+        with dataset:
             for name in dataset.variables:
                 at = f"{name}: "
                 dataset[name].load()
@@ -143,13 +160,15 @@ def _variable_faults(dataset: xr.Dataset) -> Iterator[str]:
         return  # told above
     if sorted(known) != sorted(names):
         yield f"'parents' speaks of {', '.join(known)}, 'robot' of {', '.join(names)}"
-    time, pose = np.asarray(dataset["time"].values), np.asarray(dataset["pose"].values)
+    time, pose = np.asarray(dataset["time"].values), dataset["pose"]
     if time.dtype.kind != "f" or pose.dtype.kind != "f" or pose.shape[-1] != 3:
         yield "'time' and 'pose' are no numbers of one, and three, components"
         return
     if not np.isfinite(time).all() or (np.diff(time) <= 0).any():
         yield "'time' does not increase"
-    lost = ~np.isfinite(pose).all(axis=(0, 2))
+    lost = np.zeros(len(names), dtype=bool)
+    for part in row_blocks(len(time), pose.nbytes):
+        lost |= ~np.isfinite(pose[part].values).all(axis=(0, 2))
     if str(dataset.attrs.get("outcome")).startswith("diverged"):
         return
     for name in (name for name, gone in zip(names, lost, strict=True) if gone):

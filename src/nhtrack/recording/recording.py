@@ -8,18 +8,18 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Mapping
+import os
+from collections.abc import Iterator
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from nhtrack.errors import RecordingError
 from nhtrack.files.atomic import atomic_path
 from nhtrack.files.checksums import with_checksums
-from nhtrack.recording.reading import read_dataset
-from nhtrack.recording.variables import COMPONENTS, FORMAT_VERSION, VARIABLES
+from nhtrack.recording.reading import read_dataset, reopened
 from nhtrack.simulation.spec import SceneSpec
 from nhtrack.views import drawn_by
 
@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from nhtrack.config.scenario import Scenario
     from nhtrack.recording.scenario import LawText
 
+_SHARE = 2_000_000  # rows of all robots together that are looked at in memory at once
 _LARGE = 10**9  # bytes of a recording that is not saved by way of memory
 
 
@@ -70,8 +71,14 @@ class Recording:
             (time, nq) where MuJoCo ran. Variables carry `units` and `long_name`.
     """
 
-    def __init__(self, dataset: xr.Dataset) -> None:
-        self.dataset = dataset
+    def __init__(self, dataset: xr.Dataset, own: Path | None = None) -> None:
+        """Takes a dataset.
+
+        Args:
+            dataset: see above; of a large one the variables may be read from a file, anew whenever they are asked for.
+            own: the file that it is read from, where that has no name yet and becomes the recording's when it is saved.
+        """
+        self.dataset, self._own = dataset, own
 
     def __getitem__(self, name: str) -> xr.DataArray:
         """Returns one recorded variable, with its coordinates and units.
@@ -97,6 +104,20 @@ class Recording:
     def time(self) -> np.ndarray:
         """Times on the robot's clock [s], shape (time,)."""
         return np.asarray(self.dataset["time"].values)
+
+    @property
+    def rows(self) -> int:
+        """How many rows the run has: as many as this recording, unless it was thinned to be drawn."""
+        return int(self.dataset.attrs.get("rows", self.dataset.sizes["time"]))
+
+    def shares(self) -> Iterator[Recording]:
+        """Yields the recording of some of the robots at a time: as many as may be looked at in memory at once."""
+        count = max(1, _SHARE // max(self.dataset.sizes["time"], 1))
+        if count >= len(self.robots):
+            yield self
+            return
+        for first in range(0, len(self.robots), count):
+            yield Recording(self.dataset.isel(robot=slice(first, first + count)))
 
     @property
     def robots(self) -> tuple[str, ...]:
@@ -219,7 +240,12 @@ class Recording:
 
     def save(self, path: str | Path) -> Path:
         """Writes the recording as netCDF-4, with checksums; the file appears under its name only once it is whole."""
-        target, dataset = Path(path), with_checksums(self.dataset)
+        target = Path(path)
+        if self._own is not None:
+            os.replace(self._own, target)
+            self.dataset, self._own = reopened(target), None
+            return target
+        dataset = with_checksums(self.dataset)
         with atomic_path(target) as temporary:
             data = dataset.data_vars
             encoding = {name: {"zlib": True, "complevel": 4} for name in data if data[name].size}
@@ -237,48 +263,3 @@ class Recording:
             RecordingError: no such file, of another version of the format, or not as it was saved.
         """
         return cls(read_dataset(Path(path)))
-
-
-def make_recording(
-    time: np.ndarray,
-    robots: tuple[str, ...],
-    variables: Mapping[str, np.ndarray],
-    attributes: Mapping[str, Any],
-    qpos: np.ndarray | None = None,
-) -> Recording:
-    """Returns a recording built from plain arrays.
-
-    Args:
-        time: times [s], shape (t,).
-        robots: the robots' names, shape n.
-        variables: arrays of shape (t, n, ...) by the names of `VARIABLES`.
-        attributes: strings and numbers to store; nested values are stored as JSON.
-        qpos: MuJoCo's configuration, shape (t, nq), or None.
-
-    Raises:
-        RecordingError: a name that `VARIABLES` does not know.
-    """
-    import xarray as xr
-
-    unknown = sorted(set(variables) - set(VARIABLES))
-    if unknown:
-        raise RecordingError(f"unknown variables {unknown}; known: {', '.join(VARIABLES)}")
-    data: dict[str, Any] = {}
-    for name, values in variables.items():
-        spec = VARIABLES[name]
-        meaning = {"units": spec.units, "long_name": spec.long_name}
-        data[name] = (("time", "robot", *spec.dims), values, meaning)
-    if qpos is not None:
-        meaning = {"units": "m, rad or 1", "long_name": "MuJoCo configuration"}
-        data["qpos"] = (("time", "coordinate"), qpos, meaning)
-    coordinates: dict[str, Any] = {
-        "time": ("time", time, {"units": "s", "long_name": "time on the robot's clock"}),
-        "robot": ("robot", np.array(robots, dtype=object)),
-    }
-    used = {dim for name in variables for dim in VARIABLES[name].dims}
-    coordinates |= {dim: np.array(labels, dtype=object) for dim, labels in COMPONENTS.items() if dim in used}
-    plain = {
-        key: value if isinstance(value, (str, int, float)) else json.dumps(value)
-        for key, value in attributes.items()
-    }
-    return Recording(xr.Dataset(data, coordinates, {"format_version": FORMAT_VERSION} | plain))

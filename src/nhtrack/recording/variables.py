@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-FORMAT_VERSION = 3  # 2: the scene's physical effects stand by their keys; 3: checksums
+# 2: the scene's physical effects stand by their keys; 3: checksums; 4: these go on from rows to attributes
+FORMAT_VERSION = 4
 
 COMPONENTS: dict[str, tuple[str, ...]] = {
     "pose_component": ("x", "y", "theta"),

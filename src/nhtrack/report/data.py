@@ -15,8 +15,9 @@ from nhtrack.analysis.metrics import heading_error, position_error, position_gap
 from nhtrack.analysis.touches import touch_place, touches
 from nhtrack.colours import GRIP, ICE
 from nhtrack.presentation.shown import CROWD, Span, covered, ground_of
+from nhtrack.presentation.thinned import even_rows
 from nhtrack.recording import Recording
-from nhtrack.report.downsample import even_rows, numbers
+from nhtrack.report.downsample import numbers
 from nhtrack.report.panels import colours_of, dash_of, make_panels
 from nhtrack.report.summary_text import has_virtual_root
 

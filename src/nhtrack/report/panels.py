@@ -15,8 +15,9 @@ from nhtrack.colours import BAND_COLOUR, robot_colour, robot_dashes
 from nhtrack.presentation.bend import bent_ticks, knee_of
 from nhtrack.presentation.numbers import common_prefix, seconds
 from nhtrack.presentation.shown import CROWD
+from nhtrack.presentation.thinned import extreme_rows
 from nhtrack.recording import Recording
-from nhtrack.report.downsample import extreme_rows, numbers
+from nhtrack.report.downsample import numbers
 
 POINTS = 120_000  # of all curves together: four megabytes, drawn within two seconds
 MOST_POINTS = 4000  # of one curve

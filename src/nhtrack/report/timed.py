@@ -41,7 +41,7 @@ def timed_contents(recording: Recording, data: dict[str, Any]) -> dict[str, Any]
         "crowd": len(recording.robots) - 1 > CROWD,
         "backend": recording.backend,
         "scales": {"length": recording.length_scale, "time": recording.time_scale},
-        "thinning": {"rows": len(recording.time), "frames": len(frame_rows(recording)), "digits": DIGITS},
+        "thinning": {"rows": recording.rows, "frames": len(frame_rows(recording)), "digits": DIGITS},
         "graph": graph_svg(recording.parents, [robot["colour"] for robot in data["robots"]]),
         "parents": recording.parents,
     }

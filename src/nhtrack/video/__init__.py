@@ -12,11 +12,13 @@ import numpy as np
 from nhtrack import gl
 from nhtrack.errors import RenderError
 from nhtrack.files.atomic import atomic_path
+from nhtrack.presentation.thinned import thinned
 from nhtrack.recording import Recording
 from nhtrack.video.camera import CAMERAS
 from nhtrack.video.encode import FORMATS, Encoder, find_encoder, write_film
 from nhtrack.video.render_options import QUALITIES, SPLIT, RenderOptions
 from nhtrack.video.render_pool import Pictures, rendered
+from nhtrack.video.timeline import frame_times
 
 if TYPE_CHECKING:
     from nhtrack.experiment.loop import Progress
@@ -91,7 +93,8 @@ def frames(
 
 def _frames(recording: Recording, look: RenderOptions, processes: int, progress: Progress | None) -> Pictures:
     _check(recording, processes)
-    total, pictures = rendered(recording, look, processes)
+    at, _ = frame_times(recording.time, look.fps, look.speed)
+    total, pictures = rendered(thinned(recording, at), look, processes)
     with closing(pictures):
         for frame, picture in enumerate(pictures):
             yield picture

@@ -201,7 +201,7 @@ def _skids(recording: Recording) -> tuple[Skid, ...]:
         return ()
     across = np.array([[0.0, b], [0.0, -b]])
     wheels = np.asarray(se2.act(pose[:, :, None], np.broadcast_to(across, (*pose.shape[:2], 2, 2))))
-    sliding = slip_speed(recording) > 0
+    sliding = (slip_speed(recording) > 0) & _in_a_row(recording)[:, None, None]
     stride = max(1, int(np.ceil(sliding.sum() / MOST_SKIDS)))
     skids = []
     for robot, wheel in zip(*np.nonzero(sliding.any(axis=0)), strict=True):
@@ -212,6 +212,12 @@ def _skids(recording: Recording) -> tuple[Skid, ...]:
             skids += [Skid(float(recording.time[row]), track[k : k + 2]) for k, row in enumerate(rows[1:])]
     skids.sort(key=lambda skid: skid.time)
     return tuple(skids[:: max(1, -(-len(skids) // MOST_SKIDS))])  # wheels that chatter leave spells of a single row
+
+
+def _in_a_row(recording: Recording) -> np.ndarray:
+    """Returns which rows follow on the one before them in the run, too, shape (t,): a thinned recording has gaps."""
+    step = np.diff(recording.time, prepend=-np.inf)
+    return step <= (1.5 * step.min() if recording.rows > len(step) else np.inf)
 
 
 def make_trails(time: np.ndarray, pose: np.ndarray, vertices: int) -> tuple[Trail, ...]:

@@ -10,8 +10,7 @@ from matplotlib.figure import Figure
 
 from nhtrack.analysis.event import Event, EventKind
 from nhtrack.analysis.events import find_events
-from nhtrack.analysis.metrics import LOAD_SPAN, of_largest_magnitude
-from nhtrack.analysis.spells import averaged
+from nhtrack.analysis.metrics import mean_loads, of_largest_magnitude
 from nhtrack.colours import INK
 from nhtrack.plots.event_marks import mark_events
 from nhtrack.plots.style import column_styled
@@ -39,8 +38,8 @@ def slip(recording: Recording, events: Sequence[Event] | None = None) -> Figure 
     """
     if not set(_SLIP_VARIABLES) <= set(recording.dataset.data_vars):
         return None
-    lateral, longitudinal, load, utilisation = (recording[name].values for name in _SLIP_VARIABLES)
-    load = averaged(load, recording.time, LOAD_SPAN)
+    lateral, longitudinal, utilisation = (recording[name].values for name in _SLIP_VARIABLES if name != "wheel_load")
+    load = mean_loads(recording)
     ideal, places = recording.backend == "ideal", range(len(recording.robots))
     slips = [] if ideal else [lateral, of_largest_magnitude(longitudinal)]
     scales = [common_prefix(values) for values in slips]

@@ -15,7 +15,8 @@ import numpy as np
 from nhtrack.colours import robot_colour
 from nhtrack.presentation.numbers import cell, counted, grouped, listed, percent, quantity, seconds
 from nhtrack.presentation.shown import within
-from nhtrack.report.downsample import even_rows, numbers
+from nhtrack.presentation.thinned import even_rows
+from nhtrack.report.downsample import numbers
 from nhtrack.report.page import Page, write_page
 from nhtrack.report.scenario_listing import meanings, yaml_text
 from nhtrack.settling import SettlingLimits

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from nhtrack.presentation.thinned import thinned
 from nhtrack.recording import Recording
 from nhtrack.report.data import payload
 from nhtrack.report.page import Page, render_page, write_page
@@ -52,6 +53,7 @@ def render_run_page(recording: Recording, summary: Mapping[str, Any], extras: Ex
 
 def run_page(recording: Recording, summary: Mapping[str, Any], extras: Extras) -> Page:
     """Returns what the page of a run shows. Arguments as `write_run_page`."""
+    recording = thinned(recording)
     data, film = with_film(payload(recording, event_spans(summary)), recording, extras.film)
     outcome, scenario = recording.outcome, recording.scenario.model_dump(mode="json")
     return Page(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import platform
 from collections.abc import Mapping
@@ -16,7 +17,9 @@ from nhtrack.analysis.beforehand import beforehand, beforehand_of_law
 from nhtrack.analysis.demand import predictions
 from nhtrack.analysis.event import sentences
 from nhtrack.analysis.events import find_events
+from nhtrack.analysis.extent import Extent, extent_of, require_room
 from nhtrack.analysis.metrics import summary
+from nhtrack.arrays import row_blocks
 from nhtrack.config.changes import ScenarioChanges, overrides_of
 from nhtrack.config.scenario import Scenario
 from nhtrack.errors import SimulationDiverged, noting
@@ -24,13 +27,12 @@ from nhtrack.experiment.build import Experiment, build, robot_of
 from nhtrack.experiment.compile import compile_once
 from nhtrack.experiment.leader_notes import leader_notes
 from nhtrack.experiment.loop import Rollout
-from nhtrack.experiment.recorder import FullRecorder, Shape
+from nhtrack.experiment.recorder import KeepingRecorder
 from nhtrack.experiment.robot_checks import robot_notes, robot_warnings
-from nhtrack.experiment.storage import storage
 from nhtrack.files.folder import claimed_folder
+from nhtrack.files.temporary import temporary_folder
 from nhtrack.laws.address import entry_of, runs_as_python
 from nhtrack.mjcf import has_dm_control
-from nhtrack.recording import Recording, make_recording
 from nhtrack.recording.source import Source, load
 from nhtrack.robots.diff_drive import DiffDrive
 from nhtrack.simulation.ideal import IdealSimulation
@@ -38,11 +40,10 @@ from nhtrack.simulation.mujoco import MujocoSimulation
 from nhtrack.simulation.scene import Scene, stepped_scene
 from nhtrack.studies.feasibility.run import with_time
 from nhtrack.studies.run.files import make_film, save_outcome, save_run_figures, write_run_report
+from nhtrack.studies.run.keeping import InFile, InMemory, Keeping
 from nhtrack.studies.run.result import DivergedError, Outcome
 from nhtrack.terminal.progress import Observer, Stage, Tell, shown_progress
 
-# MuJoCo's coordinates of one robot, about.
-_COORDINATES = 9
 # Robots from which on threads gain more than they cost.
 _FLEET = 12
 
@@ -102,7 +103,7 @@ def run(
 def simulate(
     scenario: Scenario, stage: Stage | None = None, folder: Path | None = None, tell: Tell | None = None
 ) -> Outcome:
-    """Returns the outcome of a scenario and its ideal twin, in memory.
+    """Returns the outcome of a scenario and its ideal twin.
 
     The twin runs first, its own closed loop on the ideal integrator, through the same rollout with the same sampled
     law. A time scale left to be found is found before, and the recording carries the number.
@@ -110,7 +111,7 @@ def simulate(
     Args:
         scenario: what to run.
         stage: called with the name of each stage; returns what to report its progress to.
-        folder: where rows may go that memory is too small for.
+        folder: where a large run may be until its recording is saved; None keeps any run in memory.
         tell: called with each warning there is before anything is run.
 
     Raises:
@@ -122,13 +123,14 @@ def simulate(
     if scenario.similarity.time == "auto":
         scenario = with_time(scenario, stage("time scale") if stage is not None else None, robot)
     experiment = build(scenario, robot)
-    storage(recorded_bytes(experiment), folder)  # told before anything runs
+    extent = extent_of(experiment, wheels=scenario.backend != "ideal")
+    keeping = _keeping(scenario, experiment, extent, folder)
     if tell is not None:
-        for warning in beforehand(scenario, experiment):
+        for warning in dict.fromkeys((*beforehand(scenario, experiment), *filter(None, [extent.sentence]))):
             tell(warning)
     drive, size = robot.plant, experiment.size
     ideal = IdealSimulation(experiment.network.names, drive, experiment.dt, experiment.scene.ground, size=size)
-    twin = _roll(ideal, experiment, stage, "ideal twin", folder)
+    twin = _roll(ideal, experiment, stage, "ideal twin", keeping.twin_recorder())
     if twin.interrupted and scenario.backend != "ideal":
         raise KeyboardInterrupt  # before the run proper began: there is nothing to keep
     import xarray  # noqa: F401 - takes a second, for which who interrupts the run need not wait
@@ -142,8 +144,8 @@ def simulate(
         simulation = MujocoSimulation(
             scene, experiment.dt, threads=threads, spec=experiment.scene, size=experiment.size
         )
-        main = _roll(simulation, experiment, stage, "MuJoCo", folder)
-    recording = _recording(scenario, experiment, drive, main, twin, scene)
+        main = _roll(simulation, experiment, stage, "MuJoCo", keeping.recorder(twin))
+    recording = keeping.recording(main, twin, _attributes(scenario, experiment, drive, main, twin, scene))
     events = find_events(recording)
     told = [*predicted, *sentences(events)]
     said = {"warnings": told, "notes": [*robot_notes(experiment), *leader_notes(scenario)]}
@@ -185,8 +187,9 @@ def run_scenario(
         OutputError: the folder has files in it, or cannot be written to; nothing is run.
     """
     with claimed_folder(scenario.name, out, overwrite) as folder:
-        outcome = simulate(scenario, stage, folder, tell)
-        files = save_outcome(outcome, folder)
+        with temporary_folder(folder) as spare:
+            outcome = simulate(scenario, stage, spare, tell)
+            files = save_outcome(outcome, folder)
         if outcome.recording.outcome == "interrupted":
             figures = video = report = False
         skipped: list[str] = []
@@ -217,42 +220,38 @@ def run_warnings(scenario: Scenario, experiment: Experiment, twin: Rollout, driv
     return (*found, *predictions(scenario, experiment, twin, drive))
 
 
+def _keeping(scenario: Scenario, experiment: Experiment, extent: Extent, folder: Path | None) -> Keeping:
+    """Returns what keeps the rows of a run, where there is room for them."""
+    ideal, robots = scenario.backend == "ideal", experiment.network.names
+    if require_room(extent, folder) and folder is not None:
+        return InFile(robots, folder, ideal=ideal)
+    return InMemory(robots)
+
+
 def _roll(
     simulation: IdealSimulation | MujocoSimulation,
     experiment: Experiment,
     stage: Stage | None,
     name: str,
-    folder: Path | None,
+    recorder: KeepingRecorder,
 ) -> Rollout:
-    progress = stage(name) if stage is not None else None
-    return experiment.rollout(simulation, progress, recorder=FullRecorder(folder=folder))
-
-
-def recorded_bytes(experiment: Experiment) -> int:
-    """Returns how many bytes the rows of a run and of its twin take."""
-    robots = len(experiment.network)
-    touch = experiment.scene.robot_contact
-    rows = Shape(
-        len(experiment.inputs), 1, robots, True, 0, (robots, _COORDINATES), 0.0, 0.0, experiment.every, touch
-    )
-    return 2 * rows.row_bytes * rows.total
+    return experiment.rollout(simulation, stage(name) if stage is not None else None, recorder=recorder)
 
 
 def _bounds(twin: Rollout) -> tuple[float, float, float, float]:
     """Returns the rectangle of the floor that the robots of a run cover [m]."""
-    pose = twin.variables["pose"]
-    low, high = pose[..., :2].min(axis=(0, 1)), pose[..., :2].max(axis=(0, 1))
+    pose, ends = twin.variables["pose"], []
+    for part in row_blocks(len(pose), 8 * math.prod(pose.shape)):
+        places = pose[part][..., :2]
+        ends += [places.min(axis=(0, 1)), places.max(axis=(0, 1))]
+    low, high = np.min(ends, axis=0), np.max(ends, axis=0)
     return float(low[0]), float(high[0]), float(low[1]), float(high[1])
 
 
-def _recording(
+def _attributes(
     scenario: Scenario, experiment: Experiment, drive: DiffDrive, main: Rollout, twin: Rollout, scene: Scene | None
-) -> Recording:
-    # A run that ended early has fewer rows than its twin; where the twin ended early, its pose is not known.
-    shared = min(len(main.time), len(twin.time))
-    ideal_pose = np.full_like(main.variables["pose"], np.nan)
-    ideal_pose[:shared] = twin.variables["pose"][:shared]
-    variables = main.variables | {"ideal_pose": ideal_pose}
+) -> dict[str, Any]:
+    """Returns what a recording says of its run."""
     outcome = "interrupted" if main.interrupted else "completed"
     attributes = {
         "name": scenario.name,
@@ -274,8 +273,7 @@ def _recording(
         "versions": versions(),
     }
     attributes |= {} if experiment.law.kind.built_in else {"law": experiment.law.account}
-    attributes |= _end(main.failure)
-    return make_recording(main.time, experiment.network.names, variables, attributes, main.qpos)
+    return attributes | _end(main.failure)
 
 
 def _end(failure: SimulationDiverged | None) -> dict[str, str | float]:
