@@ -137,6 +137,17 @@ class _Patient(io.FileIO):
                 self.error = error
         return size
 
+    def truncate(self, size: int | None = None) -> int:
+        """Cuts the file, or makes it longer; or remembers why not."""
+        try:
+            return super().truncate(size)
+        except OSError as error:
+            self.error = self.error or error
+            return size or 0
+
+    def flush(self) -> None:
+        """Does nothing: all is written at once."""
+
     def require_written(self) -> None:
         """Raises what kept the file from being written, if anything did."""
         if self.error is not None:
