@@ -116,10 +116,10 @@ def test_threads_change_no_bit_on_wheels() -> None:
             simulation, experiment.law, experiment.network, experiment.inputs, begin, recorder, experiment.tracking
         )
         assert failure is None
-        found.append(recorder)
-    for name, values in found[0].variables.items():
-        np.testing.assert_array_equal(found[1].variables[name], values, err_msg=name)
-    np.testing.assert_array_equal(found[1].qpos, found[0].qpos)
+        found.append(recorder.kept(batch=True))
+    for name, values in found[0][0].items():
+        np.testing.assert_array_equal(found[1][0][name], values, err_msg=name)
+    np.testing.assert_array_equal(found[1][1], found[0][1])
 
 
 # -- processes and their cache ----------------------------------------------------------------------

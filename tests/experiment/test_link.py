@@ -169,7 +169,7 @@ def test_batch_with_delay_and_noise_is_its_members_among_however_many_threads(th
     for member in range(4):
         single, own = State(0.0, begin.g[member], begin.xi[member]), Link(3, whole.deviations, seeds[member, None])
         for name, values in ideal(PAIR, law, root[:, member], single, own).items():
-            np.testing.assert_array_equal(recorder.variables[name][:, member], values, err_msg=name)
+            np.testing.assert_array_equal(recorder.kept(batch=True)[0][name][:, member], values, err_msg=name)
 
 
 def test_wheels_and_their_ideal_twin_see_the_same_noise() -> None:

@@ -129,7 +129,7 @@ def test_batch_is_exactly_its_members_among_however_many_threads(threads: int) -
         single = State(begin.t, begin.g[member], begin.xi[member])
         alone = rollout(IdealSimulation(network.names, DRIVE, DT), ECHO(), network, root[:, member], single)
         for name, values in alone.variables.items():
-            np.testing.assert_array_equal(recorder.variables[name][:, member], values, err_msg=name)
+            np.testing.assert_array_equal(recorder.kept(batch=True)[0][name][:, member], values, err_msg=name)
 
 
 def test_progress_comes_block_by_block_and_ends_at_the_end() -> None:
