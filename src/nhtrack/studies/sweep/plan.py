@@ -50,13 +50,17 @@ class Plan:
         return {key: self._place(key, shares) for key, shares in zip(sweep.axes, drawn, strict=True)}
 
     def _place(self, key: str, shares: Array) -> Array:
-        axis, values = self.sweep.axes[key], self.sweep.values(key)
-        return axis.at(shares) if isinstance(axis, Spread) else (shares * len(values)).astype(np.int64)
+        axis = self.sweep.axes[key]
+        return axis.at(shares) if isinstance(axis, Spread) else (shares * len(self._choices[key])).astype(np.int64)
+
+    @cached_property
+    def _choices(self) -> Mapping[str, tuple[Any, ...]]:
+        return {key: self.sweep.values(key) for key in self.sweep.axes}
 
     def values(self, point: int) -> dict[str, Any]:
         """Returns the values of a point, by axis."""
         return {
-            key: float(at[point]) if isinstance(self.sweep.axes[key], Spread) else self.sweep.values(key)[at[point]]
+            key: self._choices[key][at[point]] if self._choices[key] else float(at[point])
             for key, at in self.at.items()
         }
 

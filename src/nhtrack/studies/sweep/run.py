@@ -11,7 +11,7 @@ from typing import Any
 import pandas as pd
 
 from nhtrack.analysis.beforehand import beforehand
-from nhtrack.analysis.extent import extent_of
+from nhtrack.analysis.extent import BYTE, extent_of
 from nhtrack.config.changes import overrides_of
 from nhtrack.config.sweep import Sweep
 from nhtrack.errors import FeasibilityError, NhtrackError
@@ -138,9 +138,9 @@ def sweep_beforehand(plan: Plan) -> tuple[str, ...]:
 
 
 def seconds_of(plan: Plan) -> float:
-    """Returns how long a run takes on one core, about [s]."""
+    """Returns how long a run takes on one core, about [s]; nothing of it is written or drawn."""
     extent = extent_of(build(plan.base), wheels=plan.base.backend != "ideal")
-    return extent.seconds
+    return extent.seconds - BYTE * extent.file
 
 
 def part_size(plan: Plan) -> int:
