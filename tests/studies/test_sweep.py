@@ -199,8 +199,8 @@ def test_the_command_tells_how_much_it_is_then_runs_and_draws(
     told = runner.invoke(app, ["sweep", "sweep.yaml", "--dry-run"])
     assert "12 points, 12 runs, mujoco backend" in told.stdout
     assert {path.name for path in tmp_path.iterdir()} == {"sweep.yaml"}
-    text = (tmp_path / "sweep.yaml").read_text().replace("duration: 10", "duration: 0.2").replace("[late_position_error, gap", "[gap")
-    (tmp_path / "sweep.yaml").write_text(text)
+    text = (tmp_path / "sweep.yaml").read_text().replace("duration: 10", "duration: 0.2")
+    (tmp_path / "sweep.yaml").write_text(text.replace("[late_position_error, gap", "[gap"))
     done = runner.invoke(app, ["sweep", "sweep.yaml", "--out", "out", "--processes", "1"])
     assert done.exit_code == 0, done.stderr
     assert "12 completed" in done.stdout
