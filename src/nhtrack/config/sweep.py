@@ -241,16 +241,25 @@ def _plain(axis: Any) -> tuple[Any, ...]:
     return axis if isinstance(axis, tuple) else tuple(axis.values())
 
 
-def sweep_findings(tree: Any, *_: Any) -> Iterator[Finding]:
+def sweep_findings(tree: Any, *_: object) -> Iterator[Finding]:
     """Yields what is wrong between the keys of a sweep's tree; what of its scenario, `nhtrack.config.sweep_trials`."""
     axes, sample = lookup(tree, ("axes",)), lookup(tree, ("sample",))
     if not isinstance(axes, Mapping):
         return
     for key, axis in axes.items():
-        if key in (lookup(tree, ("set",)) or {}):
+        if isinstance(fixed := lookup(tree, ("set",)), Mapping) and key in fixed:
             yield ("axes", key), "this key is in `set`, too; keep one"
+        if isinstance(axis, list):
+            texts = [value_text(value) for value in axis]
+            first = {text: i for i, text in reversed([*enumerate(texts)])}
+            twice = (i for i, text in enumerate(texts) if first[text] < i)
+            yield from ((("axes", key, i), f"{texts[i]} is given twice; keep one") for i in twice)
         if sample is None and isinstance(axis, Mapping) and {"uniform", "log_uniform", "normal"} & {*axis}:
             yield ("axes", key), "numbers that are drawn need `sample: {count: ...}`"
+    expressions = lookup(tree, ("expressions",))
+    for name in expressions if isinstance(expressions, Mapping) else ():
+        if name in axes:
+            yield ("expressions", name), "an axis has this name; choose another"
     seeded = "seed" in axes
     if seeded and isinstance(repeats := lookup(tree, ("repeats",)), int) and repeats > 1:
         yield ("repeats",), "runs that repeat a point have seeds of their own; leave out this or the axis `seed`"
