@@ -22,9 +22,10 @@ from nhtrack.experiment.load import load, load_sweep
 from nhtrack.files.folder import is_used, save_json
 from nhtrack.studies.run.run import versions
 from nhtrack.studies.sweep.batch import most_side_by_side
-from nhtrack.studies.sweep.parts import Part, metric_columns, run_part, save_rows
+from nhtrack.studies.sweep.parts import Part, metric_columns, save_rows
 from nhtrack.studies.sweep.plan import Plan
 from nhtrack.studies.sweep.result import SweepResults
+from nhtrack.studies.sweep.stubborn import do_parts
 from nhtrack.terminal.progress import Observer, Stage, Tell, shown_progress
 
 _PART = 10.0  # [s] about, that a part takes: what is lost when stopped
@@ -109,8 +110,8 @@ def run_sweep(
     report = (stage or (lambda name: lambda done, total: None))("runs")
     done = sum(len(part.runs) for part in parts) - sum(len(part.runs) for part in missing)
     report(done, sweep.runs)
-    for place, _ in (executor or Processes())(missing, run_part):
-        done += len(missing[place].runs)
+    for part in do_parts(missing, executor or Processes()):
+        done += len(part.runs)
         report(done, sweep.runs)
     runs = pd.concat([pd.read_parquet(part.path) for part in parts], ignore_index=True).sort_values("run")
     file = save_rows(runs.reset_index(drop=True), folder / "runs.parquet")
