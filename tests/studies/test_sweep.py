@@ -134,6 +134,7 @@ metrics: [late_position_error, settled]
     assert failed["reason"].str.contains("raised ValueError: three").all()
 
 
+_IMPORT = "from typing import NamedTuple"
 _WILD = '''\
 """A law that does as it is told."""
 
@@ -153,6 +154,23 @@ def command(gains, period, limits, follower, leader, memory):
         raise ValueError("three")
     return gains.kick * gains.limit, 0.0, memory
 '''
+
+
+@pytest.mark.slow
+def test_a_run_that_ends_its_process_is_a_row_and_stops_no_other(tmp_path: Path) -> None:
+    deadly = _WILD.replace('raise ValueError("three")', "os._exit(9)").replace(_IMPORT, f"import os\n{_IMPORT}")
+    (tmp_path / "deadly.py").write_text(deadly)
+    text = """\
+name: deadly
+base: paper/example1
+set: {duration: 0.05, leader.virtual: true, backend: ideal, law: {file: deadly.py}}
+axes: {law.kick: [1.0, 3.0, 2.0]}
+metrics: [late_position_error]
+"""
+    done = run_sweep(sweep_of(tmp_path, text), tmp_path / "out", executor=Processes(1, begin=print))
+    assert list(done.runs["outcome"]) == ["completed", FAILED, "completed"]
+    assert done.runs["reason"][1] == "ended the process that ran it, 3 times"
+    assert {path.name for path in (tmp_path / "out" / "parts").iterdir()} == {f"{k}.parquet" for k in range(3)}
 
 
 @pytest.mark.parametrize("method", ["sobol", "latin_hypercube", "random"])

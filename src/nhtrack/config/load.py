@@ -45,6 +45,7 @@ _SCENARIO = _Form(Scenario, findings, assets.bundled_scenarios, assets.find_scen
 _CAMPAIGN_FAULT = Fault(0, 0, "", "this is a campaign; run it with `nhtrack campaign`")
 _CAMPAIGN = _Form(Campaign, campaign_findings, assets.bundled_campaigns, assets.find_campaign)
 _SWEEP_FAULT = Fault(0, 0, "", "this is a sweep; run it with `nhtrack sweep`")
+_AUTO = Fault(0, 0, "similarity.time", "`auto` would be another time in every run; give a number")
 _SWEEP = _Form(Sweep, sweep_findings, assets.bundled_sweeps, assets.find_sweep)
 
 
@@ -102,8 +103,7 @@ class Loader:
             yield from (_base_fault(fault, line, document) for fault, line in zip(error.faults, lines, strict=True))
             return
         if base.similarity.time == "auto":
-            message = "`similarity.time: auto` would be another time in every run; write a number into `set`"
-            yield _placed(("base",), message, document, {})
+            yield _placed(("base",), f"{_AUTO.key}: {_AUTO.message}, such as in `set`", document, {})
         tree = base.model_dump(mode="json")
         for place, alone, together in trials(sweep):
             faults = self._faults(tree, alone)
@@ -113,10 +113,10 @@ class Loader:
     def _faults(self, tree: Mapping[str, Any], overrides: Sequence[str]) -> tuple[Fault, ...]:
         """Returns everything wrong with a tree that is changed."""
         try:
-            self.load_tree(tree, overrides=overrides)
+            loaded = self.load_tree(tree, overrides=overrides)
         except ScenarioError as error:
             return error.faults
-        return ()
+        return (_AUTO,) if loaded.similarity.time == "auto" else ()
 
     def load_either(self, source: str | FilePath) -> Scenario | Campaign | Sweep:
         """Returns what a file says, or a bundled file of that name: a scenario, a campaign or a sweep.

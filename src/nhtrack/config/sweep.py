@@ -16,9 +16,9 @@ from nhtrack.config.tree import lookup, parse_path
 from nhtrack.config.values import RunName
 from nhtrack.errors import did_you_mean
 from nhtrack.references import VOCABULARY, Expression, ReferenceInputError
-from nhtrack.section import Finding, Section, fault
+from nhtrack.section import Finding, Section, fault, values_of
 
-MOST_RUNS = 10_000_000
+MOST_RUNS = 2_000_000
 # What is asked of a run, as a run's summary has it, of its worst robot; what each is.
 METRICS: Mapping[str, str] = {
     "settled": "share of the followers that settled [1]",
@@ -44,6 +44,10 @@ ON_WHEELS = ("gap_position_rms", "gap_position_max", "gap_heading_rms", "gap_hea
 COLUMNS = ("run", "point", "repeat", "seed", "outcome", "reason")  # of the table, beside axes and metrics
 
 
+Bounds: TypeAlias = Annotated[tuple[float, float], Field(strict=False), values_of("least", "largest")]
+MeanAndDeviation: TypeAlias = Annotated[tuple[float, float], Field(strict=False), values_of("mean", "deviation")]
+
+
 class Choices(Section):
     """Values with names, for what is more than a number: laws, robots, sections."""
 
@@ -63,7 +67,7 @@ class Spread(Section):
 class Uniform(Spread):
     """Numbers drawn evenly between two."""
 
-    uniform: Annotated[tuple[float, float], Field(strict=False)] = Field(description="the least and the largest")
+    uniform: Bounds = Field(description="the least and the largest")
 
     def at(self, u: Array) -> Array:
         """Returns the quantiles of shares u in [0, 1), shape (n,)."""
@@ -74,7 +78,7 @@ class Uniform(Spread):
 class LogUniform(Spread):
     """Numbers whose logarithms are drawn evenly."""
 
-    log_uniform: Annotated[tuple[float, float], Field(strict=False)] = Field(
+    log_uniform: Bounds = Field(
         description="the least, above 0, and the largest"
     )
 
@@ -87,7 +91,7 @@ class LogUniform(Spread):
 class Normal(Spread):
     """Numbers of a normal distribution."""
 
-    normal: Annotated[tuple[float, float], Field(strict=False)] = Field(description="mean and standard deviation")
+    normal: MeanAndDeviation = Field(description="mean and standard deviation")
 
     def at(self, u: Array) -> Array:
         """Returns the quantiles of shares u in [0, 1), shape (n,); of 0 the one of half a millionth."""
@@ -241,16 +245,25 @@ def _plain(axis: Any) -> tuple[Any, ...]:
     return axis if isinstance(axis, tuple) else tuple(axis.values())
 
 
-def sweep_findings(tree: Any, *_: Any) -> Iterator[Finding]:
+def sweep_findings(tree: Any, *_: object) -> Iterator[Finding]:
     """Yields what is wrong between the keys of a sweep's tree; what of its scenario, `nhtrack.config.sweep_trials`."""
     axes, sample = lookup(tree, ("axes",)), lookup(tree, ("sample",))
     if not isinstance(axes, Mapping):
         return
     for key, axis in axes.items():
-        if key in (lookup(tree, ("set",)) or {}):
+        if isinstance(fixed := lookup(tree, ("set",)), Mapping) and key in fixed:
             yield ("axes", key), "this key is in `set`, too; keep one"
+        if isinstance(axis, list):
+            texts = [value_text(value) for value in axis]
+            first = {text: i for i, text in reversed([*enumerate(texts)])}
+            twice = (i for i, text in enumerate(texts) if first[text] < i)
+            yield from ((("axes", key, i), f"{texts[i]} is given twice; keep one") for i in twice)
         if sample is None and isinstance(axis, Mapping) and {"uniform", "log_uniform", "normal"} & {*axis}:
             yield ("axes", key), "numbers that are drawn need `sample: {count: ...}`"
+    expressions = lookup(tree, ("expressions",))
+    for name in expressions if isinstance(expressions, Mapping) else ():
+        if name in axes:
+            yield ("expressions", name), "an axis has this name; choose another"
     seeded = "seed" in axes
     if seeded and isinstance(repeats := lookup(tree, ("repeats",)), int) and repeats > 1:
         yield ("repeats",), "runs that repeat a point have seeds of their own; leave out this or the axis `seed`"

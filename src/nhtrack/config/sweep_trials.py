@@ -13,7 +13,7 @@ from nhtrack.config.sweep import Choices, LogUniform, Normal, Spread, Sweep, Uni
 from nhtrack.config.tree import Path, parse_path
 from nhtrack.robots.contract import is_robot_file
 
-_MOST = 200  # values of an axis that are tried; of more, some evenly among them
+_MOST = 24  # values of an axis that are tried; of more, some evenly among them
 
 
 def located(sweep: Sweep, directory: FilePath) -> Sweep:

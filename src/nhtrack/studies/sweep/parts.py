@@ -61,13 +61,20 @@ def part_rows(plan: Plan, runs: Array) -> pd.DataFrame:
     for group in alike(list(scenarios.values())):
         members = [judged[place] for place in group]
         rows |= dict(zip(members, _group_rows([scenarios[run] for run in members], plan.sweep, robots), strict=True))
-    columns = metric_columns(plan.sweep, plan.base)
+    return _table(plan, runs, [rows[run] for run in map(int, runs)])
+
+
+def failed_rows(plan: Plan, runs: Array, reason: str) -> pd.DataFrame:
+    """Returns the rows of runs of which nothing came."""
+    return _table(plan, runs, [_failed(reason) for _ in runs])
+
+
+def _table(plan: Plan, runs: Array, rows: list[Row]) -> pd.DataFrame:
     table = plan.labels(runs)
-    table["seed"] = [scenarios[run].seed if run in scenarios else plan.base.seed for run in map(int, runs)]
-    for name in columns:
-        table[name] = np.array([rows[run].get(name, np.nan) for run in map(int, runs)], dtype=float)
+    for name in metric_columns(plan.sweep, plan.base):
+        table[name] = np.array([row.get(name, np.nan) for row in rows], dtype=float)
     for name in ("outcome", "reason"):
-        table[name] = [rows[run][name] for run in map(int, runs)]
+        table[name] = [row[name] for row in rows]
     return table
 
 
@@ -111,5 +118,5 @@ def _row(metrics: Mapping[str, float], sweep: Sweep, *, lost: bool) -> Row:
     return {**metrics, **own, "outcome": LOST_RUN if lost else COMPLETED, "reason": LOST if lost else ""}
 
 
-def _failed(error: NhtrackError) -> Row:
-    return {"outcome": FAILED, "reason": str(error)}
+def _failed(reason: object) -> Row:
+    return {"outcome": FAILED, "reason": str(reason)}

@@ -73,7 +73,7 @@ class Plan:
     def labels(self, runs: Array) -> pd.DataFrame:
         """Returns the columns of the table that say what each of some runs is."""
         points, repeats = np.divmod(runs, self.sweep.repeats)
-        columns: dict[str, Any] = {"run": runs, "point": points, "repeat": repeats}
+        columns: dict[str, Any] = {"run": runs, "point": points, "repeat": repeats, "seed": self.base.seed + repeats}
         for key, at in self.at.items():
             drawn = isinstance(self.sweep.axes[key], Spread)
             columns[key] = at[points] if drawn else np.array(self.sweep.labels(key))[at[points]]

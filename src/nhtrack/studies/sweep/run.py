@@ -16,15 +16,16 @@ from nhtrack.config.changes import overrides_of
 from nhtrack.config.sweep import Sweep
 from nhtrack.errors import FeasibilityError, NhtrackError
 from nhtrack.execution import Executor, Processes, cores
-from nhtrack.experiment.build import build
+from nhtrack.experiment.build import Experiment, build
 from nhtrack.experiment.compile import compile_once
 from nhtrack.experiment.load import load, load_sweep
 from nhtrack.files.folder import is_used, save_json
 from nhtrack.studies.run.run import versions
 from nhtrack.studies.sweep.batch import most_side_by_side
-from nhtrack.studies.sweep.parts import Part, metric_columns, run_part, save_rows
+from nhtrack.studies.sweep.parts import Part, metric_columns, save_rows
 from nhtrack.studies.sweep.plan import Plan
 from nhtrack.studies.sweep.result import SweepResults
+from nhtrack.studies.sweep.stubborn import do_parts
 from nhtrack.terminal.progress import Observer, Stage, Tell, shown_progress
 
 _PART = 10.0  # [s] about, that a part takes: what is lost when stopped
@@ -109,8 +110,8 @@ def run_sweep(
     report = (stage or (lambda name: lambda done, total: None))("runs")
     done = sum(len(part.runs) for part in parts) - sum(len(part.runs) for part in missing)
     report(done, sweep.runs)
-    for place, _ in (executor or Processes())(missing, run_part):
-        done += len(missing[place].runs)
+    for part in do_parts(missing, executor or Processes()):
+        done += len(part.runs)
         report(done, sweep.runs)
     runs = pd.concat([pd.read_parquet(part.path) for part in parts], ignore_index=True).sort_values("run")
     file = save_rows(runs.reset_index(drop=True), folder / "runs.parquet")
@@ -139,15 +140,22 @@ def sweep_beforehand(plan: Plan) -> tuple[str, ...]:
 
 def seconds_of(plan: Plan) -> float:
     """Returns how long a run takes on one core, about [s]; nothing of it is written or drawn."""
-    extent = extent_of(build(plan.base), wheels=plan.base.backend != "ideal")
+    extent = extent_of(_sketch(plan), wheels=plan.base.backend != "ideal")
     return extent.seconds - BYTE * extent.file
 
 
 def part_size(plan: Plan) -> int:
     """Returns how many runs a part has."""
     shares = -(-plan.sweep.runs // (_SHARES * cores()))
-    together = min(_LARGEST, most_side_by_side(build(plan.base)), int(_PART / seconds_of(plan)))
+    together = min(_LARGEST, most_side_by_side(_sketch(plan)), int(_PART / seconds_of(plan)))
     return max(1, min(together, shares))
+
+
+def _sketch(plan: Plan) -> Experiment:
+    """Returns an experiment of about a run's size: the scenario's, without limits, which its floor may not leave."""
+    law = plan.base.law
+    free = law.model_copy(update={"limits": None}) if "limits" in type(law).model_fields else law
+    return build(plan.base.model_copy(update={"law": free}))
 
 
 def _claim(plan: Plan, folder: Path) -> int:
