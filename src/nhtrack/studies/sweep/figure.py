@@ -13,6 +13,7 @@ from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import LogNorm, Normalize
 from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from nhtrack.colours import FOLLOWERS, INK
 from nhtrack.config.grid import Range
@@ -94,7 +95,7 @@ def sweep_axes(results: SweepResults, metric: str, varied: list[str]) -> Figure:
         metric: a column of its table.
         varied: axes that have more than one value.
     """
-    columns = min(3, len(varied))
+    columns = 2 if len(varied) == 4 else min(3, len(varied))
     rows = math.ceil(len(varied) / columns)
     figure = Figure(figsize=(max(4.2, 0.9 + _PANEL[0] * columns), 0.7 + _PANEL[1] * rows))
     panels = figure.subplots(rows, columns, squeeze=False, sharey=True)
@@ -119,7 +120,9 @@ def _draw_axis(axes: Axes, sweep: Sweep, key: str, known: pd.DataFrame, shown: p
     axes.set_xlabel(plain(key))
     if isinstance(known[key].iloc[0], str):
         places = {label: i for i, label in enumerate(sweep.labels(key))}
-        axes.scatter(shown[key].map(places), shown[metric], size, **look)
+        spread = np.random.default_rng(0).uniform(-0.12, 0.12, len(shown))  # so that dots do not hide each other
+        axes.scatter(shown[key].map(places) + spread, shown[metric], size, **look)
+        axes.set_xlim(-0.5, len(places) - 0.5)
         medians = known.groupby(known[key].map(places))[metric].median()
         names = [plain(str(label)) for label in places]
         axes.set_xticks(range(len(places)), names, rotation=30 if len(places) > 3 else 0)
@@ -130,7 +133,12 @@ def _draw_axis(axes: Axes, sweep: Sweep, key: str, known: pd.DataFrame, shown: p
         medians = pd.Series(groups[metric].median().to_numpy(), index=groups[key].median().to_numpy())
         if isinstance(axis, LogUniform) or (isinstance(axis, Range) and axis.log):
             axes.set_xscale("log")
-    axes.plot(medians.index, medians.to_numpy(), color=INK, linewidth=1.4, marker="o", markersize=3)
+            axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+            axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+            axes.xaxis.set_minor_formatter(NullFormatter())
+    ordered = not isinstance(known[key].iloc[0], str)
+    line = {"linestyle": "-", "marker": "o", "markersize": 3} if ordered else {"linestyle": "", "marker": "_"}
+    axes.plot(medians.index, medians.to_numpy(), color=INK, linewidth=1.4, **({"markersize": 22} | line))
 
 
 def _norm(values: np.ndarray) -> Normalize:
