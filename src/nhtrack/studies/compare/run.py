@@ -15,6 +15,7 @@ from nhtrack.errors import FeasibilityError, noting
 from nhtrack.experiment.build import make_limits
 from nhtrack.files.folder import COMPARISON, claimed_folder, clear, save_json
 from nhtrack.recording.source import Source, load
+from nhtrack.stopping import heard
 from nhtrack.studies.compare.laws_file import law_texts, load_laws
 from nhtrack.studies.compare.result import Comparison, Search, room_of, search_of
 from nhtrack.studies.feasibility.run import fitting_time
@@ -218,6 +219,7 @@ def _run_all(planned: Comparison, stage: Stage | None) -> Comparison:
         except KeyboardInterrupt:  # before the run proper began
             if not found.outcomes:
                 raise
+            heard()
             break
         with noting(f"what is kept of the laws before: {', '.join(found.outcomes) or 'nothing'}"):
             found = _written(replace(found, outcomes={**found.outcomes, label: outcome}), label)
