@@ -110,6 +110,8 @@ def _law(text: Any) -> None:
     law = LawText(**_section(text))
     if not all(isinstance(part, str) for part in law[:-1]):
         raise ValueError
+    if Path(law.file).name in ("", "..") or "\0" in law.file:
+        raise ValueError
 
 
 _REQUIRED: Mapping[str, Callable[[Any], Any]] = {
