@@ -92,9 +92,11 @@ def _environment() -> Environment:
 
 @cache
 def _plotly() -> Markup:
+    """Returns Plotly, its one large function in parentheses: browsers then compile it as they read it, not read it twice."""
     from plotly.offline import get_plotlyjs
 
-    return Markup(get_plotlyjs())
+    head, arrow, body = get_plotlyjs().rpartition("this, () => {")
+    return Markup(f"{head}this, (() => {{{body.rstrip().removesuffix('}));')}}})));" if arrow else body)
 
 
 @cache

@@ -112,9 +112,16 @@ function floorRanges() {
     }
     return withPatches(low, high, side);
   });
+  floor.style.setProperty('--wanted', `${wantedHeight(sides)}px`);
   const size = [floor.clientWidth - MARGIN.l - MARGIN.r, floor.clientHeight - MARGIN.t - MARGIN.b];
   const metres = Math.max(...sides.map(([low, high], k) => (high - low) / (size[k] - 2 * LEAST_ROBOT)), 1e-6);
   return sides.map(([low, high], k) => [-1, 1].map((sign) => (low + high) / 2 + sign * metres * size[k] / 2));
+}
+
+// How high the plot has to be for all of it to be seen over its whole width [px].
+function wantedHeight([x, y]) {
+  const [width, room] = [floor.clientWidth - MARGIN.l - MARGIN.r, 2 * LEAST_ROBOT];
+  return (width - room) * (y[1] - y[0]) / Math.max(x[1] - x[0], 1e-6) + room + MARGIN.t + MARGIN.b;
 }
 
 // The sides of a patch [m]: x from, to, y from, to.

@@ -156,11 +156,11 @@ function followZoom(source) {
 
 async function draw() {
   await Plotly.newPlot(floor, floorTraces(), floorLayout(), CONFIG);
-  makeTrails();
   state.robots = makeRobots();
   floor.on('plotly_relayout', layOver);
   floor.on('plotly_relayouting', layOver);
   show(state.frame);
+  makeTrails(); // from now on the paths move
   mark('firstPlot');
   for (const panel of panels) {
     await pause();
