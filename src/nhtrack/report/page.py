@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import hashlib
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache
@@ -15,6 +16,8 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
 from nhtrack.files.atomic import atomic_path
+
+_MEASURE = re.compile(r"\d (?:[^\W\d]{1,4}\b(?: [ms]\b)?|[%°])")  # a number and its unit, between which no line ends
 
 
 @dataclass(frozen=True)
@@ -86,13 +89,14 @@ def _environment() -> Environment:
         loader=PackageLoader("nhtrack.report", "assets"), autoescape=True, undefined=StrictUndefined,
         trim_blocks=True, lstrip_blocks=True, keep_trailing_newline=True,
     )  # fmt: skip
+    environment.filters["whole"] = lambda text: _MEASURE.sub(lambda found: found[0].replace(" ", "\N{NO-BREAK SPACE}"), text)
     environment.policies["json.dumps_kwargs"] = {"separators": (",", ":"), "allow_nan": False}
     return environment
 
 
 @cache
 def _plotly() -> Markup:
-    """Returns Plotly, its one large function in parentheses: browsers then compile it as they read it, not read it twice."""
+    """Returns Plotly, its one large function in parentheses: browsers compile it as they read it, not read it twice."""
     from plotly.offline import get_plotlyjs
 
     head, arrow, body = get_plotlyjs().rpartition("this, () => {")
