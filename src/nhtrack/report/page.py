@@ -17,7 +17,7 @@ from markupsafe import Markup
 
 from nhtrack.files.atomic import atomic_path
 
-_MEASURE = re.compile(r"\d (?:[^\W\d]{1,4}\b(?: [ms]\b)?|[%°])")  # a number and its unit, between which no line ends
+_MEASURE = re.compile(r"\d (?:[^\W\d]{1,4}\b(?: [ms]\b)?|[%°])")  # a number and its unit
 
 
 @dataclass(frozen=True)
@@ -89,9 +89,14 @@ def _environment() -> Environment:
         loader=PackageLoader("nhtrack.report", "assets"), autoescape=True, undefined=StrictUndefined,
         trim_blocks=True, lstrip_blocks=True, keep_trailing_newline=True,
     )  # fmt: skip
-    environment.filters["whole"] = lambda text: _MEASURE.sub(lambda found: found[0].replace(" ", "\N{NO-BREAK SPACE}"), text)
+    environment.filters["whole"] = _whole
     environment.policies["json.dumps_kwargs"] = {"separators": (",", ":"), "allow_nan": False}
     return environment
+
+
+def _whole(text: str) -> str:
+    """Returns a sentence in which no line ends between a number and its unit."""
+    return _MEASURE.sub(lambda found: found[0].replace(" ", "\N{NO-BREAK SPACE}"), text)
 
 
 @cache
