@@ -13,6 +13,7 @@ __all__ = [
     "TOUCH",
     "UTILISATION",
     "ink_on",
+    "letter_colour",
     "rgb",
     "robot_colour",
     "robot_dashes",
@@ -48,6 +49,18 @@ def ink_on(colour: str) -> str:
     """Returns the ink that is read better on a colour `#RRGGBB`, dark or white, by its contrast (WCAG 2)."""
     below = _luminance(colour) + 0.05
     return INK if below * below > (_luminance(INK) + 0.05) * (_luminance(PAPER) + 0.05) else PAPER
+
+
+def letter_colour(colour: str) -> str:
+    """Returns a colour `#RRGGBB` darkened as far as letters on paper need it to be read, a contrast of 4.5 (WCAG 2)."""
+    most = (_luminance(PAPER) + 0.05) / 4.5 - 0.05
+    shades = (_mixed(colour, INK, step / 20) for step in range(20))
+    return next((shade for shade in shades if _luminance(shade) <= most), INK)
+
+
+def _mixed(one: str, other: str, share: float) -> str:
+    pairs = zip(rgb(one), rgb(other), strict=True)
+    return "#" + "".join(f"{round(255 * ((1 - share) * a + share * b)):02X}" for a, b in pairs)
 
 
 def _luminance(colour: str) -> float:

@@ -14,7 +14,7 @@ from matplotlib.patches import Circle, FancyArrowPatch, Polygon, Rectangle
 from matplotlib.text import Text
 
 from nhtrack import se2
-from nhtrack.colours import FOLLOWERS, ROOT, ink_on, robot_colour
+from nhtrack.colours import FOLLOWERS, PAPER, ROOT, ink_on, letter_colour, robot_colour
 from nhtrack.effects.patches import Patches
 from nhtrack.effects.slope import Slope
 from nhtrack.ground import Patch
@@ -268,7 +268,8 @@ def test_curves_are_named_where_they_end():
     for axes in figure.axes:
         texts = [text for text in axes.texts if re.fullmatch(r"f\d", text.get_text())]
         assert [text.get_text() for text in texts] == [f"f{k}" for k in range(1, 7)]
-        assert [to_hex(text.get_color()) for text in texts] == [robot_colour(k).lower() for k in range(1, 7)]
+        colours = [letter_colour(robot_colour(k)).lower() for k in range(1, 7)]
+        assert [to_hex(text.get_color()) for text in texts] == colours
         boxes = [text.get_window_extent() for text in texts]
         assert all(box.x0 > axes.get_window_extent().x1 and box.x1 <= figure.bbox.x1 for box in boxes)
         heights = sorted((box.y0 + box.y1) / 2 for box in boxes)
@@ -308,8 +309,12 @@ def test_ink_on_a_colour_can_be_read(colour):
         rgb = np.array(to_rgb(shown))
         return np.where(rgb <= 0.04045, rgb / 12.92, ((rgb + 0.055) / 1.055) ** 2.4) @ [0.2126, 0.7152, 0.0722]
 
-    dark, light = sorted(luminance(each) for each in (colour, ink_on(colour)))
-    assert (light + 0.05) / (dark + 0.05) >= 4.2  # WCAG asks 4.5 of small letters and 3 of bold ones
+    def contrast(one, other):
+        dark, light = sorted(luminance(each) for each in (one, other))
+        return (light + 0.05) / (dark + 0.05)
+
+    assert contrast(colour, ink_on(colour)) >= 4.2  # WCAG asks 4.5 of small letters and 3 of bold ones
+    assert contrast(letter_colour(colour), PAPER) >= 4.5
 
 
 def in_graph(parents):

@@ -25,3 +25,4 @@ def test_a_bent_axis_is_linear_to_its_knee_then_a_decade_a_step_and_goes_back() 
     np.testing.assert_allclose(bent(values, 0.5), [-3.0, -2.0, -1.0, 0.0, 0.5, 1.0, 2.0], atol=1e-15)
     np.testing.assert_allclose(straightened(bent(values, 0.5), 0.5), values, rtol=1e-12)
     assert bent_ticks(-0.7, 40.0, 0.5) == [-0.5, 0.0, 0.5, 10.0]
+    assert bent_ticks(-39.2, 39.2, 5.0) == [-20.0, -5.0, 0.0, 5.0, 20.0]

@@ -11,7 +11,7 @@ import pytest
 
 from films import film, line_of, pixels_of, shared_scene
 from nhtrack import se2, video
-from nhtrack.colours import robot_colour
+from nhtrack.colours import letter_colour, robot_colour
 from nhtrack.experiment.load import load
 from nhtrack.recording import Recording
 from nhtrack.simulation.scene import SceneSpec
@@ -96,11 +96,11 @@ def test_the_legend_names_every_law_in_its_colour(laws: int) -> None:
     line = line_of(merged)
     plain = np.full((480, 640, 3), 90, np.uint8)
     written = overlay.Overlay(merged, line, SIZE).write(plain, 0)
-    panel = written[:, : 640 - 180]  # without the map
+    panel = written[:400, : 640 - 180]  # without the map and the signs at the foot
     places = []
     for place in range(1, laws + 1):
         if place != 6:  # the edges of black letters are as grey as the sixth colour
-            where = np.argwhere(near(panel, robot_colour(place), 60))
+            where = np.argwhere(near(panel, letter_colour(robot_colour(place)), 20))
             assert len(where) > 10
             places.append(tuple(np.median(where, axis=0)))
     for (above, left), (below, right) in itertools.pairwise(places):
@@ -119,8 +119,8 @@ def test_the_legend_tells_the_worst_of_a_law_and_whose_run_ended() -> None:
     worst = np.hypot(*np.moveaxis(runs["law-0"]["error"].values[-1, 1:, :2], -1, 0)).max()
     told = over.error_lines(frame)
     assert [text.split("  ")[0] for text, _ in told] == ["worst of 3 followers", "law-0", "law-1", "short"]
-    assert told[1] == (f"law-0  {letters.running_lengths([worst])[0]}", robot_colour(1))
-    assert told[3] == ("short  ended", robot_colour(3))
+    assert told[1] == (f"law-0  {letters.running_lengths([worst])[0]}", letter_colour(robot_colour(1)))
+    assert told[3] == ("short  ended", letter_colour(robot_colour(3)))
     assert over.error_lines(0)[3][0] != "short  ended"
 
 

@@ -10,7 +10,7 @@ import pytest
 
 from films import SMALL, film, filmable, line_of, parted, pixels_of, projected, shared_scene
 from nhtrack import se2
-from nhtrack.colours import TOUCH, rgb, robot_colour
+from nhtrack.colours import TOUCH, letter_colour, rgb, robot_colour
 from nhtrack.ground import Ground, Patch
 from nhtrack.simulation.scene import SceneSpec, make_scene
 from nhtrack.video import (
@@ -322,7 +322,7 @@ def test_panel_tells_the_time_and_each_followers_error():
     panel = overlay.Overlay(recording, line, (640, 480))
     assert panel.clock_text(3) == f"t = {line.time[3]:5.1f} s    {line.speed:g}x"
     told = letters.running_lengths(line.distance[3, 1:].tolist())
-    expected = [(f"f{k}  {text}", robot_colour(k)) for k, text in enumerate(told, start=1)]
+    expected = [(f"f{k}  {text}", letter_colour(robot_colour(k))) for k, text in enumerate(told, start=1)]
     assert panel.error_lines(3) == expected
     assert len({text for text, _ in expected}) == 3
 
@@ -426,12 +426,11 @@ def test_live_plot_is_drawn_up_to_now(followers):
 
 def test_legend_names_what_there_is():
     line = line_of(parted())
-    assert [text for *_, text in legend.signs_of(line)] == ["ideal twin", "friction used, 0 to 100 %"]
-    assert legend.draw_legend(line_of(filmable()), 1.0) is None
+    assert [text for *_, text in legend.signs_of(line)] == ["leader", "ideal twin", "friction used, 0 to 100 %"]
+    assert [text for *_, text in legend.signs_of(line_of(filmable()))] == ["leader"]
     assert legend.draw_legend(line, 1.0).height == 20
-    assert legend.draw_legend(replace(line, twin=None, utilisation=None, slot=None, skids=()), 1.0) is None
     ground = Ground(1.0, (Patch(0.05, disc=(0.0, 0.0, 1.0)), Patch(0.05, disc=(3.0, 0.0, 1.0))))
-    assert [text for *_, text in legend.signs_of(line, ground)][2:] == ["friction 0.05"]
+    assert [text for *_, text in legend.signs_of(line, ground)][3:] == ["friction 0.05"]
     narrow = legend.draw_legend(line, 1.0, 200.0, ground)
     assert narrow.height == 60
     assert narrow.width <= 200

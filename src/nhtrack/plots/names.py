@@ -11,6 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from matplotlib.patheffects import withStroke
 
+from nhtrack.colours import letter_colour
 from nhtrack.plots.margins import EDGE, shortened, text_width
 from nhtrack.plots.style import plain
 from nhtrack.presentation.spread import spread
@@ -60,7 +61,7 @@ def name_paths(axes: Axes, paths: Mapping[str, Path], nameless: Sequence[np.ndar
     frame = axes.get_window_extent()
     taken: list[np.ndarray] = []
     for name in sorted(paths, key=len, reverse=True):  # the longest have the fewest places where they fit
-        colour = paths[name].colour
+        colour = letter_colour(paths[name].colour)
         others = np.concatenate([*(each for other, each in points.items() if other != name), more])
         own = points[name][:: max(1, len(points[name]) // _TRIED)]
         if not len(own):
@@ -158,7 +159,7 @@ def name_ends(axes: Axes, names: Sequence[str], colours: Sequence[str], ends: np
     size = _size()
     step = _HIGH * size * _dots(axes) / axes.get_window_extent().height
     for name, colour, start, place in zip(names, colours, starts, spread(starts, step), strict=True):
-        look: dict[str, Any] = {"transform": axes.transAxes, "color": colour}
+        look: dict[str, Any] = {"transform": axes.transAxes, "color": letter_colour(colour)}
         axes.add_artist(Line2D(_TICK, (start, place), linewidth=0.8, clip_on=False, **look))
         axes.text(_END, place, plain(shortened(name, size, _LONGEST)), va="center", fontsize=size, **look)
 

@@ -50,9 +50,13 @@ def straightened(places: Array, knee: float) -> Array:
 
 
 def bent_ticks(low: float, high: float, knee: float) -> list[float]:
-    """Returns the numbers to write at an axis with a knee: zero, the knee and powers of ten, within its ends."""
+    """Returns the numbers to write at an axis with a knee, within its ends: zero, the knee, powers of ten beyond.
+
+    Where no power of ten lies beyond, it is a round number, so that nobody takes the axis for a straight one.
+    """
     size = max(abs(low), abs(high))
     first = math.floor(math.log10(2.0 * knee)) + 1
     powers = [10.0**power for power in range(first, math.floor(math.log10(max(size, knee)) + 1e-9) + 1)]
-    sizes = [knee, *powers]
+    last = 10.0 ** math.floor(math.log10(max(size, knee)))
+    sizes = [knee, *(powers or [max(step * last for step in _ROUND if step * last <= max(size, last))])]
     return [value for value in (*(-s for s in reversed(sizes)), 0.0, *sizes) if low <= value <= high]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import hashlib
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache
@@ -15,6 +16,8 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
 from nhtrack.files.atomic import atomic_path
+
+_MEASURE = re.compile(r"\d (?:[^\W\d]{1,4}\b(?: [ms]\b)?|[%°])")  # a number and its unit
 
 
 @dataclass(frozen=True)
@@ -86,15 +89,23 @@ def _environment() -> Environment:
         loader=PackageLoader("nhtrack.report", "assets"), autoescape=True, undefined=StrictUndefined,
         trim_blocks=True, lstrip_blocks=True, keep_trailing_newline=True,
     )  # fmt: skip
+    environment.filters["whole"] = _whole
     environment.policies["json.dumps_kwargs"] = {"separators": (",", ":"), "allow_nan": False}
     return environment
 
 
+def _whole(text: str) -> str:
+    """Returns a sentence in which no line ends between a number and its unit."""
+    return _MEASURE.sub(lambda found: found[0].replace(" ", "\N{NO-BREAK SPACE}"), text)
+
+
 @cache
 def _plotly() -> Markup:
+    """Returns Plotly, its one large function in parentheses: browsers compile it as they read it, not read it twice."""
     from plotly.offline import get_plotlyjs
 
-    return Markup(get_plotlyjs())
+    head, arrow, body = get_plotlyjs().rpartition("this, () => {")
+    return Markup(f"{head}this, (() => {{{body.rstrip().removesuffix('}));')}}})));" if arrow else body)
 
 
 @cache

@@ -20,7 +20,7 @@ from nhtrack.recording import Recording
 from nhtrack.report.downsample import numbers
 
 POINTS = 120_000  # of all curves together: four megabytes, drawn within two seconds
-MOST_POINTS = 4000  # of one curve
+MOST_POINTS = 2000  # of one curve: two extremes for every pixel
 _WIDTH = 1.4  # [px] of curves, as `panels.js` has it
 _DECADES = 8  # of a logarithmic axis at most: below is rounding
 

@@ -15,7 +15,7 @@ from nhtrack.video.bodies import fading
 from nhtrack.video.render_options import FLEET
 from nhtrack.video.timeline import LONGEST, Timeline
 
-__all__ = ["FloorLines"]
+__all__ = ["FAR_DISC", "FloorLines", "root_radius"]
 
 # Heights of discs above the floor [m at nh_mini's size], lowest first
 _RING, _ROOT_DISC, _DISC_ABOVE = 0.0005, 0.0006, 0.0008
@@ -25,8 +25,9 @@ _SKID, _LINE = 0.0015, 0.002
 _STACK = 0.0002  # between robots, so that what lies on each other does not flicker
 _LAYERS = 6  # of trails: more would float above the floor
 _WIDTH = 2.5  # of lines [pixels at 480 lines]
-_DISC, _FAR_DISC = 0.085, 0.021  # [m] radius of the root's disc; of all discs, per metre from the camera
+FAR_DISC = 0.021  # radius of discs, at least, over how far the camera is away
 HULL = 0.06  # [m] radius of a robot's own disc
+_ROOT = 1.42  # the root's disc over it: to be seen beside a follower that is where it ought to be
 _CHEVRON = np.array([[1.05, 0.6], [1.7, 0.0], [1.05, -0.6]])  # ahead of a disc of unit radius, nose along +x
 SLOT = np.array([[-1.0, -1.0], [-1.0, 1.0], [0.7, 1.0], [1.5, 0.0], [0.7, -1.0], [-1.0, -1.0]])  # nose along +x
 SLOT_SIZE = 0.075  # [m] half its width
@@ -77,7 +78,7 @@ class FloorLines:
         self._add_trails(frame)
         self._add_slots(frame)
         self._add_touches(frame, distance)
-        self._add_pointers(frame, min(_FAR_DISC * distance, self._largest))
+        self._add_pointers(frame, min(FAR_DISC * distance, self._largest))
 
     def _add_skids(self, frame: int) -> None:
         now = self._timeline.time[frame]
@@ -131,7 +132,7 @@ class FloorLines:
         shares[0] = 1.0 if self._scene.marker is not None else shares[0]  # a marker's heading is its chevron's
         size = max(scale * HULL, far)
         self._add_rings(frame, _RING_SIZE * size)
-        self._add_disc(poses[0], max(scale * _DISC, 1.15 * far), _ROOT_DISC, self._pale(0, 0.6))
+        self._add_disc(poses[0], root_radius(scale, far), _ROOT_DISC, self._pale(0, 0.6))
         for place in map(int, np.flatnonzero(shares)):
             if place:
                 self._add_disc(
@@ -174,6 +175,16 @@ class FloorLines:
     def _next_geom(self) -> mujoco.MjvGeom:
         self._visual.ngeom += 1
         return self._visual.geoms[self._visual.ngeom - 1]
+
+
+def root_radius(scale: float, far: float) -> float:
+    """Returns the radius of the root's disc [m].
+
+    Args:
+        scale: size of the robots over that of nh_mini.
+        far: radius at which a disc can be seen from the camera [m].
+    """
+    return _ROOT * max(scale * HULL, far)
 
 
 def disc_radius(positions: np.ndarray) -> float:

@@ -11,6 +11,7 @@ from nhtrack.recording import Recording
 from nhtrack.simulation.scene import make_scene
 from nhtrack.video.bodies import robot_scale
 from nhtrack.video.camera import plan_camera
+from nhtrack.video.floor import FAR_DISC, root_radius
 from nhtrack.video.overlay import Overlay
 from nhtrack.video.render_options import QUALITIES, SPLIT, RenderOptions
 from nhtrack.video.scene_renderer import SceneRenderer
@@ -54,11 +55,16 @@ class FrameRenderer:
         fovy = float(scene.model.vis.global_.fovy)
         path = plan_camera(camera, timeline.pose, fovy, view[0] / view[1], look.fps, robot_scale(scene))
         self._size, self._view = look.size, view
-        tall = _ABOVE * robot_scale(scene)
+        scale = robot_scale(scene)
 
         def above(frame: int) -> np.ndarray:
-            points = np.column_stack([timeline.pose[frame, :, :2], np.full(len(recording.robots), tall)])
-            return path.project(frame, points, fovy, view)
+            """Returns the places above robots and above their discs as the picture has them, whichever are higher."""
+            places = np.pad(timeline.pose[frame, :, :2], [(0, 0), (0, 1)])
+            turn = np.radians(path.azimuth[frame])
+            beyond = root_radius(scale, FAR_DISC * path.distance[frame]) * np.array([np.cos(turn), np.sin(turn), 0.0])
+            high = path.project(frame, places + np.array([0.0, 0.0, _ABOVE * scale]), fovy, view)
+            high[:, 1] = np.minimum(high[:, 1], path.project(frame, places + beyond, fovy, view)[:, 1])
+            return high
 
         self._overlay = Overlay(recording, timeline, view, above, max(view[1], _SPLIT_LETTERS * look.size[1]) / 480)
         self._stage = SceneRenderer(scene, timeline, path, view, quality, backend)

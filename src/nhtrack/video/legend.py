@@ -9,7 +9,7 @@ from functools import partial
 import numpy as np
 from PIL import Image, ImageDraw
 
-from nhtrack.colours import GRIP, ICE, TOUCH
+from nhtrack.colours import GRIP, ICE, ROOT, TOUCH
 from nhtrack.ground import Ground
 from nhtrack.video.bodies import utilisation_colour
 from nhtrack.video.timeline import Timeline
@@ -23,8 +23,8 @@ _Sign = tuple[Callable[[ImageDraw.ImageDraw, float, float, float], None], float,
 
 def draw_legend(
     timeline: Timeline, unit: float, room: float = math.inf, ground: Ground | None = None
-) -> Image.Image | None:
-    """Returns the legend of a film, or None where nothing wants an explanation.
+) -> Image.Image:
+    """Returns the legend of a film.
 
     Args:
         timeline: the film.
@@ -32,13 +32,10 @@ def draw_legend(
         room: width that it may have; signs that do not fit go on in another line [pixels].
         ground: what robots drive on.
     """
-    signs = signs_of(timeline, ground)
-    if not signs:
-        return None
     letters, pad, height = font(11 * unit), 6 * unit, 20 * unit
     lines: list[list[tuple[float, _Sign]]] = [[]]
     left = pad
-    for each in signs:
+    for each in signs_of(timeline, ground):
         width = (each[1] + 5) * unit + letters.getlength(each[2])
         if lines[-1] and left + width + pad > room:
             lines.append([])
@@ -58,7 +55,7 @@ def draw_legend(
 
 def signs_of(timeline: Timeline, ground: Ground | None = None) -> list[_Sign]:
     """Returns how each sign of a film is drawn, its width [pixels at 480 lines], and what it means."""
-    signs: list[_Sign] = []
+    signs: list[_Sign] = [(partial(_patch, colour=ROOT), 12, "leader")]
     if timeline.twin is not None:
         signs.append((_ring, 12, "ideal twin"))
     if timeline.slot is not None and np.isfinite(timeline.slot).any():

@@ -8,7 +8,7 @@ from typing import TypeAlias
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
-from nhtrack.colours import TOUCH
+from nhtrack.colours import TOUCH, letter_colour
 from nhtrack.presentation.shown import ground_of
 from nhtrack.recording import Recording
 from nhtrack.video.legend import draw_legend
@@ -51,13 +51,14 @@ class Overlay:
     ) -> None:
         self._above = above if len(recording.robots) - 1 <= _NAMED else None
         self._recording, self._timeline, self._size = recording, timeline, size
-        self._colour = recording.scene.colour
+        colour = recording.scene.colour
+        self._ink = {place: letter_colour(colour(place)) for place in range(len(recording.robots))}
         self._groups = _groups(recording)
         unit = unit or size[1] / 480
         self._pad = round(8 * unit)
         self._title, self._text = font(15 * unit, bold=True), font(13 * unit)
         self._small = font(13 * unit * (1.0 if len(self._groups) <= _NAMED else _CROWDED))
-        self._map = Map(timeline, self._colour, round(_MAP_SHARE * size[0]), round(_MAP_TALLEST * size[1]), unit)
+        self._map = Map(timeline, colour, round(_MAP_SHARE * size[0]), round(_MAP_TALLEST * size[1]), unit)
         self._legend = draw_legend(timeline, unit, size[0] - 2 * self._pad, ground_of(recording))
         self._ended = "" if recording.outcome == "completed" else recording.outcome
 
@@ -73,8 +74,7 @@ class Overlay:
         self._write_panel(image, frame)
         inset = self._map.draw(self._timeline.pose[frame], frame)
         image.paste(inset, (self._size[0] - inset.width - self._pad, self._pad), inset)
-        if self._legend is not None:
-            image.paste(self._legend, (self._pad, self._size[1] - self._legend.height - self._pad), self._legend)
+        image.paste(self._legend, (self._pad, self._size[1] - self._legend.height - self._pad), self._legend)
         return np.asarray(image)
 
     def _write_names(self, image: Image.Image, frame: int) -> None:
@@ -90,7 +90,7 @@ class Overlay:
                 y -= 0.25 * height
             taken.append((x, y, half))
             panel = Image.new("RGBA", (round(2 * half), round(height)), PAPER)
-            ImageDraw.Draw(panel).text((half, height / 2), name, font=face, fill=self._colour(int(place)), anchor="mm")
+            ImageDraw.Draw(panel).text((half, height / 2), name, font=face, fill=self._ink[int(place)], anchor="mm")
             image.paste(panel, (round(x - half), round(y - height)), panel)
 
     def _write_panel(self, image: Image.Image, frame: int) -> None:
@@ -147,7 +147,7 @@ class Overlay:
             return self._group_errors(frame)
         if distance.size <= _NAMED:
             told = zip(self._recording.robots[1:], running_lengths(distance.tolist()), strict=True)
-            return [(f"{name}  {value}", self._colour(place)) for place, (name, value) in enumerate(told, start=1)]
+            return [(f"{name}  {value}", self._ink[place]) for place, (name, value) in enumerate(told, start=1)]
         middle, worst = running_lengths([float(np.median(distance)), float(np.max(distance))])
         return [
             (f"{distance.size} followers", GREY),
@@ -162,7 +162,7 @@ class Overlay:
         worst = [float(self._timeline.distance[frame, places].max()) for places in self._groups.values()]
         texts = ["ended" if text == "unknown" else text for text in running_lengths(worst)]  # NaN where one of them is
         groups = zip(self._groups.items(), texts, strict=True)
-        return lines + [(f"{name}  {text}", self._colour(places[0])) for (name, places), text in groups]
+        return lines + [(f"{name}  {text}", self._ink[places[0]]) for (name, places), text in groups]
 
 
 def _groups(recording: Recording) -> dict[str, list[int]]:

@@ -163,8 +163,8 @@ def _set_quality(scene: Scene, size: tuple[int, int], distance: np.ndarray, want
     quality.shadowsize = max(_shadow(scene, wanted), 1)
     crowd = len(scene.spec.robots) > MANY
     quality.numslices, quality.numstacks, quality.numquads = (wanted.slices * 3 // 5 if crowd else wanted.slices), 3, 1
-    if any(patch.disc is not None for patch in scene.spec.ground.patches):
-        quality.numslices = 48  # a disc on the floor is many times larger than a wheel, and its corners show
+    if any(patch.disc is not None for patch in scene.spec.ground.patches) or (wanted.samples and not crowd):
+        quality.numslices = 48  # a disc on the floor is larger than a wheel, and its corners show
     picture.offwidth, picture.offheight = max(picture.offwidth, size[0]), max(picture.offheight, size[1])
     planes.znear = max(planes.znear, 0.02 * float(distance.min()) / model.stat.extent)
     planes.shadowscale = _SHADOWED

@@ -3,6 +3,8 @@
 const data = JSON.parse(document.getElementById('data').textContent);
 
 const MARGIN = {l: 54, r: 12, t: 8, b: 38}; // [px] fixed, so that a place on the plot is known without asking Plotly
+const [LETTERS, TITLES] = [11, 12]; // [px] of numbers at an axis, and of what it is called
+const POWERS = LETTERS / 1.25; // Plotly draws numbers at logarithmic axes larger than it is told
 const INKS = {
   light: {ink: '#1a1a1a', soft: '#5c5c5c', grid: '#e4e4e4', paper: '#ffffff', shade: 'rgba(122,122,122,0.16)'},
   dark: {ink: '#e6e6e6', soft: '#a6a6a6', grid: '#33373c', paper: '#16181b', shade: 'rgba(200,200,200,0.14)'},
@@ -27,8 +29,10 @@ function inks() {
 function axis(extra) {
   const {ink, soft, grid} = inks();
   return {
-    gridcolor: grid, linecolor: soft, tickcolor: soft, tickfont: {color: ink, size: 11}, zeroline: false,
-    showline: true, ticks: 'outside', ticklen: 3, automargin: false, ...extra,
+    gridcolor: grid, linecolor: soft, tickcolor: soft, tickfont: {color: ink, size: extra.type === 'log' ? POWERS : LETTERS},
+    zeroline: false, showline: true, ticks: 'outside', ticklen: 3, automargin: false,
+    // Neither turned nor left out for want of room: Plotly would measure every label anew for that, twice a plot.
+    tickangle: 0, ticklabeloverflow: 'allow', ...extra, title: {font: {size: TITLES}, ...extra.title},
   };
 }
 
@@ -46,8 +50,9 @@ function chosen(name, otherwise) {
   return document.querySelector(`input[name="${name}"]:checked`)?.value ?? otherwise;
 }
 
-// A task of its own for each plot, so that the page answers while they are being drawn.
-const pause = () => new Promise((resolve) => setTimeout(resolve));
+// A task of its own for each plot, when the browser has nothing else to do: the page answers while they are being drawn.
+const whenIdle = window.requestIdleCallback ? (work) => requestIdleCallback(work, {timeout: 200}) : setTimeout;
+const pause = () => new Promise((resolve) => whenIdle(() => resolve()));
 
 // Says when a page began to be of use, and when all of it was there [ms].
 function mark(name) {

@@ -3,6 +3,7 @@
 
 const frames = data.frames;
 const LEAST_ROBOT = data.crowd ? 15 : 26; // [px] smaller robots are drawn larger than they are, and the page says so
+const PATCH_NAME = 110; // [px] that the name of a patch may need
 const floor = document.getElementById('floor');
 
 // Whether the trajectories of `pose` (what ran) or `twin` are among those to be seen.
@@ -112,9 +113,16 @@ function floorRanges() {
     }
     return withPatches(low, high, side);
   });
+  floor.style.setProperty('--wanted', `${wantedHeight(sides)}px`);
   const size = [floor.clientWidth - MARGIN.l - MARGIN.r, floor.clientHeight - MARGIN.t - MARGIN.b];
   const metres = Math.max(...sides.map(([low, high], k) => (high - low) / (size[k] - 2 * LEAST_ROBOT)), 1e-6);
   return sides.map(([low, high], k) => [-1, 1].map((sign) => (low + high) / 2 + sign * metres * size[k] / 2));
+}
+
+// How high the plot has to be for all of it to be seen over its whole width [px].
+function wantedHeight([x, y]) {
+  const [width, room] = [floor.clientWidth - MARGIN.l - MARGIN.r, 2 * LEAST_ROBOT];
+  return (width - room) * (y[1] - y[0]) / Math.max(x[1] - x[0], 1e-6) + room + MARGIN.t + MARGIN.b;
 }
 
 // The sides of a patch [m]: x from, to, y from, to.
@@ -130,14 +138,16 @@ function withPatches(low, high, side) {
   return [Math.min(low, ...near), Math.max(high, ...near)];
 }
 
-function patchShapes() {
+function patchShapes([left, right]) {
+  const metre = (floor.clientWidth - MARGIN.l - MARGIN.r) / (right - left); // [px]
   return data.floor.patches.map((patch) => {
     const {friction, rectangle, colour} = patch;
     const [x0, x1, y0, y1] = sidesOf(patch);
+    const small = (x1 - x0) * metre < PATCH_NAME; // its name stands below it
     return {
       type: rectangle ? 'rect' : 'circle', x0, x1, y0, y1, layer: 'below', fillcolor: colour, opacity: 0.5,
       line: {width: 0.5, color: inks().ink},
-      label: {text: `friction ${friction}`, textposition: 'bottom center', font: {size: 10, color: inks().ink}},
+      label: {text: `friction ${friction}`, textposition: 'bottom center', yanchor: small ? 'top' : 'bottom', font: {size: 10, color: inks().ink}},
     };
   });
 }
@@ -145,7 +155,7 @@ function patchShapes() {
 function floorLayout() {
   const [x, y] = floorRanges();
   return layout(floor, {
-    hovermode: 'closest', dragmode: 'pan', shapes: patchShapes(),
+    hovermode: 'closest', dragmode: 'pan', shapes: patchShapes(x),
     xaxis: axis({range: x, title: {text: 'x [m]', standoff: 6}}),
     yaxis: axis({range: y, title: {text: 'y [m]', standoff: 6}, scaleanchor: 'x'}),
   });

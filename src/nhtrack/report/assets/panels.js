@@ -6,9 +6,9 @@ const NAME = {step: 13, font: '11px system-ui, sans-serif', longest: 120}; // [p
 const PANEL_MARGIN = {...MARGIN, r: nameRoom()};
 const panels = data.panels.map((panel) => ({...panel, div: document.getElementById(`panel-${panel.key}`)}));
 
-function bandTraces(panel, curve) {
+function bandTraces(curve, place) {
   const edge = {x: curve.t, mode: 'lines', line: {width: 0}, hoverinfo: 'skip'};
-  const [low, high] = [curve.low, curve.high].map((values) => values.map((value) => placed(panel, value)));
+  const [low, high] = [curve.low, curve.high].map((values) => values.map(place));
   return [{...edge, y: low}, {...edge, y: high, fill: 'tonexty', fillcolor: `${curve.colour}40`}];
 }
 
@@ -23,16 +23,17 @@ function isLogarithmic() {
   return chosen('axis', 'log') === 'log';
 }
 
-// Where a panel's axis has a value.
-function placed(panel, value) {
-  return panel.knee && isLogarithmic() ? bent(value, panel.knee) : value;
+// Where a panel's axis has a value: a function, since to ask the page for every value what was chosen costs more than a plot.
+function placing({knee}) {
+  return knee && isLogarithmic() ? (value) => bent(value, knee) : (value) => value;
 }
 
 function panelTraces(panel) {
+  const place = placing(panel);
   return panel.curves.flatMap((curve) => [
-    ...(curve.low ? bandTraces(panel, curve) : []),
+    ...(curve.low ? bandTraces(curve, place) : []),
     {
-      x: curve.t, y: curve.y.map((value) => placed(panel, value)), customdata: curve.y, mode: 'lines', name: curve.name, opacity: data.crowd && !curve.low ? 0.7 : 1,
+      x: curve.t, y: curve.y.map(place), customdata: curve.y, mode: 'lines', name: curve.name, opacity: data.crowd && !curve.low ? 0.7 : 1,
       line: {color: curve.colour, dash: curve.dash, width: 1.4, shape: panel.held ? 'hv' : 'linear', simplify: false},
       hovertemplate: '%{fullData.name}: %{customdata:.4g}<extra></extra>',
     },
@@ -41,25 +42,27 @@ function panelTraces(panel) {
 
 function valueAxis(panel) {
   const log = isLogarithmic() && panel.decades;
+  const place = placing(panel);
   const ticks = panel.knee && isLogarithmic() ? panel.ticks : null;
   return axis({
-    ...(ticks && {tickvals: ticks.map((value) => placed(panel, value)), ticktext: ticks.map(short)}),
+    ...(ticks && {tickvals: ticks.map(place), ticktext: ticks.map(short)}),
     type: log ? 'log' : 'linear', nticks: 6, exponentformat: 'power',
     ...(log ? {range: log, autorange: false, dtick: 1 + Math.floor((log[1] - log[0]) / 6)}
       : panel.range ? {range: panel.range.slice(), autorange: false}
-      : panel.key === 'utilisation' ? {range: [0, placed(panel, 1.15)], autorange: false}
+      : panel.key === 'utilisation' ? {range: [0, place(1.15)], autorange: false}
         : {autorange: true, rangemode: panel.decades ? 'tozero' : 'normal'}),
   });
 }
 
 function panelShapes(panel) {
   const {ink, soft, shade} = inks();
+  const place = placing(panel);
   const spells = data.spells.map(([x0, x1]) => ({
     type: 'rect', x0, x1, yref: 'paper', y0: 0, y1: 1, layer: 'below', fillcolor: shade,
     line: {width: 0.5, color: shade},
   }));
   const limits = panel.limits.map(({name, value}) => ({
-    type: 'line', xref: 'paper', x0: 0, x1: 1, y0: placed(panel, value), y1: placed(panel, value), line: {color: ink, width: 0.8, dash: 'dot'},
+    type: 'line', xref: 'paper', x0: 0, x1: 1, y0: place(value), y1: place(value), line: {color: ink, width: 0.8, dash: 'dot'},
     label: {text: name, textposition: 'end', yanchor: 'top', font: {size: 10, color: soft}},
   }));
   const knees = (panel.knee && isLogarithmic() ? [1, -1] : []).filter((side) => panel.ticks.includes(side * panel.knee));
@@ -130,10 +133,11 @@ function placeNames(panel) {
   const {xaxis, yaxis} = panel.div.layout;
   const height = panel.div.clientHeight - MARGIN.t - MARGIN.b;
   const [low, high] = yaxis.range;
+  const placed = placing(panel);
   const ends = panel.curves.map(({t, y}) => {
     let row = t.length - 1;
     while (row > 0 && (t[row] > xaxis.range[1] || y[row] === null)) row -= 1;
-    const value = yaxis.type === 'log' ? Math.log10(Math.max(y[row], 1e-300)) : placed(panel, y[row] ?? 0);
+    const value = yaxis.type === 'log' ? Math.log10(Math.max(y[row], 1e-300)) : placed(y[row] ?? 0);
     return Math.min(Math.max((high - value) / (high - low), 0), 1) * height;
   });
   const fit = panel.names.length * NAME.step <= height + NAME.step;

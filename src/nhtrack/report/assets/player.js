@@ -34,7 +34,8 @@ function fillReadouts() {
 
 function short(value) {
   const size = Math.abs(value);
-  return size !== 0 && (size < 1e-3 || size >= 1e5) ? value.toExponential(1) : Number(value.toPrecision(3)).toString();
+  const digits = size !== 0 && (size < 1e-3 || size >= 1e5) ? size.toExponential(1) : Number(size.toPrecision(3)).toString();
+  return value < 0 ? `−${digits}` : digits;
 }
 
 // Puts robots and cursors where the current time and the plots' axes want them.
@@ -156,11 +157,11 @@ function followZoom(source) {
 
 async function draw() {
   await Plotly.newPlot(floor, floorTraces(), floorLayout(), CONFIG);
-  makeTrails();
   state.robots = makeRobots();
   floor.on('plotly_relayout', layOver);
   floor.on('plotly_relayouting', layOver);
   show(state.frame);
+  makeTrails(); // from now on the paths move
   mark('firstPlot');
   for (const panel of panels) {
     await pause();

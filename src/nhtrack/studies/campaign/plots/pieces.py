@@ -38,8 +38,9 @@ def names(table: pd.DataFrame, column: str) -> list[str]:
 
 
 def letter(place: int) -> str:
-    """Returns the letter of a panel."""
-    return "abcdefghijklmnopqrstuvwxyz"[place % 26]
+    """Returns the letter of a panel; after z come aa, ab and so on."""
+    before = letter(place // 26 - 1) if place >= 26 else ""
+    return before + "abcdefghijklmnopqrstuvwxyz"[place % 26]
 
 
 def title(figure: Figure, text: str) -> None:
