@@ -30,6 +30,7 @@ def make_wheels(scene: Scene, spec: SceneSpec, dt: float) -> Wheels:
         substeps=round(dt / step),
         planar=plant.levelled,
         corrected=spec.rate_correction,
+        told_of_slip=spec.contact == "stiff",
         before_share=(1 - given_up) / given_up,
         after_share=-1 / given_up,
         force_share=-row.step * row.regularisation / given_up,
@@ -52,7 +53,7 @@ def make_wheels(scene: Scene, spec: SceneSpec, dt: float) -> Wheels:
         roles=_roles(scene),
         owners=_owners(scene),
         first_body=spec.first_body,
-        layout=tuple(memory.layout()),
+        layout=memory.layout(),
     )
 
 
