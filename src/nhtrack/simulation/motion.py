@@ -21,6 +21,7 @@ class Wheels(NamedTuple):
         planar: whether the base is held level.
         corrected: whether tyres get a surface velocity along the axle.
         told_of_slip: whether tyres that slide are kept from being lifted, see `nhtrack.simulation.sliding`.
+        compliance: of the tyres of a robot, see `nhtrack.simulation.contact.tyre_compliance`, shape (6, 6).
         before_share: of the lateral velocity before a step, in that surface velocity [1].
         after_share: of the one wanted after it [1].
         force_share: of the side force [m/s/N].
@@ -52,6 +53,7 @@ class Wheels(NamedTuple):
     planar: bool
     corrected: bool
     told_of_slip: bool
+    compliance: np.ndarray
     before_share: float
     after_share: float
     force_share: float
@@ -120,6 +122,7 @@ class Motion(NamedTuple):
         velocity_before: the same a step earlier.
         friction: coefficients under the tyres, shape (b, p, 2).
         force: of the floor on the tyres in the last step, world frame [N], shape (b, p, 2, 3).
+        contact: addresses of the tyres' contacts with the floor in this step, 0 for none, shape (b, p, 2).
         sliding: whether a tyre used up its friction in the last step, or bore nothing, shape (b, p, 2).
         rolled: sums and extremes of a period, shape (b, p, 2, 5): torque given, largest torque asked for, steps in
             which the motor gave another one, load, largest friction utilisation.
@@ -145,6 +148,7 @@ class Motion(NamedTuple):
     velocity_before: np.ndarray
     friction: np.ndarray
     force: np.ndarray
+    contact: np.ndarray
     sliding: np.ndarray
     rolled: np.ndarray
     telemetry: np.ndarray

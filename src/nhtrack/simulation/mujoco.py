@@ -122,6 +122,7 @@ class MujocoSimulation:
             velocity_before=np.zeros((*bodies, 3)),
             friction=np.zeros(wheels),
             force=np.zeros((*wheels, 3)),
+            contact=np.zeros(wheels, dtype=np.int64),
             sliding=np.zeros(wheels, dtype=np.bool_),
             rolled=np.zeros((*wheels, 5)),
             telemetry=np.zeros((*robots, columns.WIDTH)),
