@@ -53,7 +53,7 @@ def reopened(source: Path) -> xr.Dataset:
 def _opened(source: Path) -> xr.Dataset:
     import xarray as xr
 
-    return xr.open_dataset(source, engine="h5netcdf", cache=False)
+    return xr.open_dataset(source, engine="h5netcdf", cache=False, phony_dims="access")
 
 
 def _loaded(source: Path) -> xr.Dataset:
