@@ -78,7 +78,7 @@ def test_the_order_of_the_file_changes_names_not_relations(parents: dict[str, li
     [
         ({}, "", None, "no robots at all"),
         ({"a": ["a"]}, "a", 0, "'a' cannot track itself"),
-        ({"l": [], "m": []}, "m", None, "no parents: a follower tracks someone; available: l"),
+        ({"l": [], "m": []}, "m", None, "no parents: a follower tracks someone, such as 'l'"),
         ({"leader": [], "b": ["leeder"]}, "b", 0, "no robot 'leeder'; did you mean 'leader'?"),
         ({"l": [], "b": ["l", "l"]}, "b", 1, "parent 'l' is listed twice"),
         ({"l": [], "b": ["l", "c"], "c": ["b"]}, "b", 1, "a circle: 'b' tracks 'c' tracks 'b'"),

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 _MOST_NAMES = 60  # that a message lists
-_LONGEST_NAME = 200  # letters of a name that its nearest is looked for with
+_LONGEST_NAME = 200  # letters of what was given that a message repeats, and that its nearest name is looked for with
 
 
 class NhtrackError(Exception):
@@ -30,6 +30,10 @@ class RecordingError(NhtrackError):
 
 class RenderError(NhtrackError):
     """A picture or film that cannot be made, with what is missing."""
+
+
+class RefusedFilmError(RefusedError, RenderError):
+    """A film that is not made as it was asked for."""
 
 
 class WriteError(NhtrackError):
@@ -69,7 +73,7 @@ class SimulationDiverged(NhtrackError):
         return type(self), (self.reason, self.robot, self.time, self.batch)
 
 
-@dataclass(frozen=True, order=True)
+@dataclass(frozen=True)
 class Fault:
     """One thing wrong in one place of a scenario file.
 
@@ -86,6 +90,11 @@ class Fault:
     message: str
 
 
+def _place(fault: Fault) -> tuple[int, int, str]:
+    """Returns what faults are told in the order of; those of one place stay as they were found."""
+    return fault.line, fault.column, fault.key
+
+
 class ScenarioError(NhtrackError):
     """Everything wrong with a scenario, one line a fault, all of them at once.
 
@@ -95,7 +104,7 @@ class ScenarioError(NhtrackError):
     """
 
     def __init__(self, source: str | Path, faults: Sequence[Fault]) -> None:
-        self.source, self.faults = str(source), tuple(sorted(faults))
+        self.source, self.faults = str(source), tuple(sorted(faults, key=_place))
         super().__init__("\n".join(self._line(fault) for fault in self.faults))
 
     def __reduce__(self) -> tuple[type[ScenarioError], tuple[str, tuple[Fault, ...]]]:
@@ -110,6 +119,11 @@ class ScenarioError(NhtrackError):
 def printable(text: str) -> str:
     """Returns a text in one line, with an escape for each character that a screen would obey or cannot show."""
     return "".join(each if each.isprintable() else each.encode("unicode_escape").decode() for each in text)
+
+
+def clipped(text: str) -> str:
+    """Returns a text, or the beginning of one that is too long for a message."""
+    return text if len(text) <= _LONGEST_NAME else f"{text[:_LONGEST_NAME]}..."
 
 
 def did_you_mean(given: str, available: Iterable[str]) -> str:

@@ -14,6 +14,8 @@ import numpy as np
 
 from nhtrack.errors import NhtrackError, did_you_mean
 
+_MOST_HINTS = 20  # unknown parents of which the names that there are are told
+
 
 @dataclass(frozen=True)
 class NetworkFault:
@@ -182,21 +184,21 @@ def _root_faults(parents: Mapping[str, Sequence[str]]) -> Iterator[NetworkFault]
     if not roots:
         yield NetworkFault(next(iter(parents)), None, "every robot has parents, so nobody leads")
     for name in roots[1:]:
-        others = [other for other in parents if other != name]
-        yield NetworkFault(
-            name, None, f"no parents: a follower tracks someone; available: {', '.join(others)}"
-        )
+        yield NetworkFault(name, None, f"no parents: a follower tracks someone, such as {roots[0]!r}")
 
 
 def _parent_faults(parents: Mapping[str, Sequence[str]]) -> Iterator[NetworkFault]:
     """Yields a fault for every parent that does not exist, is repeated, or is the robot itself."""
+    unknown = 0
     for name, others in parents.items():
         for i, parent in enumerate(others):
             if parent == name:
                 yield NetworkFault(name, i, f"{name!r} cannot track itself")
             elif parent not in parents:
-                hint = did_you_mean(parent, [other for other in parents if other != name])
-                yield NetworkFault(name, i, f"no robot {parent!r}; {hint}", unknown=True)
+                unknown += 1
+                names = (each for each in parents if each != name)
+                hint = f"; {did_you_mean(parent, names)}" if unknown <= _MOST_HINTS else ""
+                yield NetworkFault(name, i, f"no robot {parent!r}{hint}", unknown=True)
             elif parent in others[:i]:
                 yield NetworkFault(name, i, f"parent {parent!r} is listed twice")
 

@@ -134,7 +134,7 @@ def test_headings_that_look_like_degrees_are_told() -> None:
 def test_with_time_auto_a_leader_is_told_and_its_limits_are_not() -> None:
     """A leader that cannot fit is refused as a run would refuse it; one that is beyond its law is told."""
     auto = ["similarity.time=auto", "leader.start.twist=[0, 0]", "leader.input.u_theta=0", "leader.input.u_x=cos(2*t)"]
-    found = beforehand_without_time(load("tour/universal", auto))
+    _, found = beforehand_without_time(load("tour/universal", auto))
     told = r"at similarity\.time [0-9.]+, the smallest that fits leader alone: leader: v_0 changes"
     assert [each for each in found if re.match(told, each)]
     assert not [each for each in found if "limits" in each]
@@ -142,4 +142,4 @@ def test_with_time_auto_a_leader_is_told_and_its_limits_are_not() -> None:
     with pytest.raises(FeasibilityError, match="asks for friction and there is none"):
         beforehand_without_time(icy)
     marker = icy.model_copy(update={"leader": icy.leader.model_copy(update={"virtual": True})})
-    assert "asks for friction and there is none" in beforehand_without_time(marker)[0]
+    assert "asks for friction and there is none" in beforehand_without_time(marker)[1][0]

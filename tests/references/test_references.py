@@ -107,7 +107,7 @@ def test_what_is_not_a_formula_is_refused_when_it_is_written(text: str, message:
         ("1/(t - 5)", 5.0, "division by zero"),
         ("sqrt(4.95 - t)", 5.0, "math domain error"),
         ("(4.95 - t)**0.5", 5.0, "not a finite number"),
-        ("exp(200*t)", 3.6, "math range error"),
+        ("exp(200*t)", 3.6, "too large a number"),
         ("9**9**9**9", 0.0, ""),
         ("sin(1, 2)", 0.0, "exactly one argument"),
     ],

@@ -325,13 +325,16 @@ def test_film_cut_short_by_the_disk_is_an_error(tmp_path, monkeypatch):
     ("arguments", "message"),
     [
         ({"path": "film.avi"}, r"film.avi: expected a name ending in .mp4 or .gif"),
-        ({"camera": "grup"}, "no camera 'grup'; did you mean 'group'"),
-        ({"quality": "hihg"}, "no quality 'hihg'; did you mean 'high'"),
-        ({"size": (641, 480)}, "size 641 x 480: expected even numbers"),
-        ({"fps": 0}, "fps 0: expected at least 1"),
+        ({"camera": "grup"}, "camera: no such choice as the text 'grup'; did you mean 'group'"),
+        ({"quality": "hihg"}, "quality: no such choice as the text 'hihg'; did you mean 'high'"),
+        ({"size": (641, 480)}, r"size\[0\]: video needs even sizes, got 641"),
+        ({"size": (8192, 8192)}, "size: a picture of a film has at most 8192 x 4320 pixels"),
+        ({"fps": 0}, "fps: expected a value at least 1"),
+        ({"fps": 1000}, "fps: expected a value at most 120"),
         ({"processes": 0}, "processes 0: expected at least 1"),
-        ({"speed": 0.0}, "speed 0.0: expected a positive number"),
-        ({"speed": float("nan")}, "speed nan: expected a positive number"),
+        ({"speed": 0.0}, "speed: expected a value greater than 0, got 0"),
+        ({"speed": float("nan")}, "speed: expected a finite number, got nan"),
+        ({"speed": 1e-9}, "speed: .* frames, at most 200000: .* would do"),
     ],
 )
 def test_bad_arguments_stop_before_any_work(tmp_path, arguments, message):

@@ -37,8 +37,14 @@ def beforehand(scenario: Scenario, experiment: Experiment) -> tuple[str, ...]:
     return (*of_law, *of_robot, *large)
 
 
-def beforehand_without_time(scenario: Scenario) -> tuple[str, ...]:
-    """Returns the same of a scenario with `time: auto`, at the smallest time scale that fits its leader alone.
+def told_extent(scenario: Scenario, experiment: Experiment) -> str:
+    """Returns how much a run is, in a sentence; empty where that is little, or so much that it is a warning."""
+    extent = extent_of(experiment, wheels=scenario.backend != "ideal")
+    return "" if extent.is_large else extent.sentence
+
+
+def beforehand_without_time(scenario: Scenario) -> tuple[str, tuple[str, ...]]:
+    """Returns `told_extent` and `beforehand` of a scenario with `time: auto`, at the smallest that fits its leader.
 
     Followers may ask for a larger one, so that nothing is told of limits of the law, which depend on it.
 
@@ -50,12 +56,13 @@ def beforehand_without_time(scenario: Scenario) -> tuple[str, ...]:
     except FeasibilityError as error:
         if not scenario.leader.virtual:
             raise
-        return (f"a robot in the place of {scenario.leader.name}: {error}",)
+        return "", (f"a robot in the place of {scenario.leader.name}: {error}",)
     timed = at_time(scenario, time)
     experiment = build(timed)
     free = replace(experiment, law=replace(experiment.law, limits=Limits()))
     at = f"similarity.time {time:g}, the smallest that fits {scenario.leader.name} alone"
-    return tuple(f"at {at}: {said}" for said in beforehand(timed, free))
+    extent = told_extent(timed, experiment)
+    return extent and f"at {at}: {extent}", tuple(f"at {at}: {said}" for said in beforehand(timed, free))
 
 
 def beforehand_of_law(scenario: Scenario, experiment: Experiment) -> tuple[str, ...]:

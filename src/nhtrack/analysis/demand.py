@@ -19,6 +19,8 @@ from nhtrack.ground import Ground
 from nhtrack.robots.diff_drive import DiffDrive
 from nhtrack.robots.motor import Motor
 
+_ROUNDING = 1e-9  # over a limit that counts as at it
+
 
 @dataclass(frozen=True)
 class PeakDemand:
@@ -160,7 +162,7 @@ def _too_much(wanted: Iterable[PeakDemand], bound: Iterable[Binding], scenario: 
 
 
 def _is_over(demand: PeakDemand) -> bool:
-    return demand.share is not None and demand.share > 1
+    return demand.share is not None and demand.share > 1 + _ROUNDING
 
 
 def _fault(demand: PeakDemand) -> str:
@@ -169,11 +171,17 @@ def _fault(demand: PeakDemand) -> str:
         case "friction_utilisation" if math.isinf(demand.value):
             return f"{demand.robot} is predicted to slip: {wheel} needs friction {when} and there is none"
         case "friction_utilisation":
-            times = f"{demand.value:.3g} times the friction there is"
+            times = f"{_apart(demand.value, 1)[0]} times the friction there is"
             return f"{demand.robot} is predicted to slip: {wheel} needs {times} {when}"
         case "wheel_load":
             return f"{demand.robot} is predicted to lift {wheel} {when}"
         case quantity:
-            asked = f"{demand.value:.3g} of {demand.limit:.3g} {demand.unit}"
+            asked = f"{' of '.join(_apart(demand.value, demand.limit or 0.0))} {demand.unit}"
             what = quantity.removeprefix("wheel_")
             return f"{demand.robot} is predicted to exceed its motors' limits: {what} of {wheel} {when}, {asked}"
+
+
+def _apart(value: float, limit: float) -> tuple[str, str]:
+    """Returns two numbers as texts with three digits, or as many as tell them apart."""
+    pairs = ((f"{value:.{digits}g}", f"{limit:.{digits}g}") for digits in range(3, 17))
+    return next((pair for pair in pairs if pair[0] != pair[1]), (f"{value:.3g}", f"{limit:.3g}"))

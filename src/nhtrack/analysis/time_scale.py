@@ -91,5 +91,5 @@ def _too_long(scenario: Scenario, time: float, worst: Binding) -> str:
     count = scenario.duration * time * scenario.control_rate
     return (
         f"time scale {time:.3g} needed: {reason}; "
-        f"that is {count:.2g} control periods, and at most {MOST_PERIODS:.2g} fit in a recording"
+        f"that is {count:.2g} control periods, and a run has at most {MOST_PERIODS:.2g}"
     )

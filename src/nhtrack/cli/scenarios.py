@@ -41,7 +41,7 @@ def validate_command(
             faulty = True
             typer.echo(f"{source}: infeasible: {error}", err=True)
         else:
-            typer.echo(f"{source}: ok ({_account(loaded)}{extent})")
+            typer.echo(f"{source}: ok ({_account(loaded)}{extent and '; ' + extent})")
             for warning in warnings:
                 typer.echo(f"{source}: warning: {warning}", err=True)
             faulty = faulty or (strict and bool(warnings))
@@ -63,16 +63,13 @@ def _beforehand(loaded: Scenario | Campaign | Sweep) -> tuple[str, tuple[str, ..
         from nhtrack.studies.campaign.beforehand import campaign_beforehand, campaign_beforehand_without_time
 
         return "", campaign_beforehand_without_time(loaded) if auto else campaign_beforehand(loaded)
-    from nhtrack.analysis.beforehand import beforehand, beforehand_without_time
-    from nhtrack.analysis.extent import extent_of
+    from nhtrack.analysis.beforehand import beforehand, beforehand_without_time, told_extent
     from nhtrack.experiment.build import build
 
     if auto:
-        return "", beforehand_without_time(loaded)
+        return beforehand_without_time(loaded)
     experiment = build(loaded)
-    extent = extent_of(experiment, wheels=loaded.backend != "ideal")
-    known = extent.sentence and not extent.is_large  # else it is a warning
-    return f"; {extent.sentence}" if known else "", beforehand(loaded, experiment)
+    return told_extent(loaded, experiment), beforehand(loaded, experiment)
 
 
 def _account(loaded: Scenario | Campaign | Sweep) -> str:

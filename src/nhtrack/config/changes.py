@@ -12,7 +12,7 @@ from ruamel.yaml.error import YAMLError
 
 from nhtrack.config.law_sections import LawSection
 from nhtrack.config.tree import Path, dotted, lookup, parse_path, plain_value
-from nhtrack.errors import Fault, ScenarioError
+from nhtrack.errors import Fault, ScenarioError, clipped
 from nhtrack.robots.contract import is_robot_file
 
 # A law by its name, by its Python file, or written out with its gains, as a mapping or in YAML.
@@ -106,7 +106,7 @@ def apply_overrides(tree: Any, overrides: Iterable[str]) -> Any:
             path, value = parse_override(text)
             _assign(changed, path, _meant(path, value, changed))
         except ValueError as error:
-            faults.append(Fault(0, 0, "", f"--set {text}: {error}"))
+            faults.append(Fault(0, 0, "", f"--set {clipped(text)}: {error}"))
     if faults:
         raise ScenarioError("command line", faults)
     return changed
@@ -125,7 +125,7 @@ def parse_override(text: str) -> tuple[Path, Any]:
     try:
         return path, plain_value(value)
     except YAMLError:
-        raise ValueError(f"{value!r} is not a YAML value") from None
+        raise ValueError(f"{clipped(value)!r} is not a YAML value") from None
 
 
 def _meant(path: Path, value: Any, tree: Any) -> Any:

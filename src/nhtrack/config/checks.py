@@ -20,13 +20,14 @@ from nhtrack.config.robots import LeaderSection, Start
 from nhtrack.config.scenario import Scenario
 from nhtrack.config.similarity_section import SimilaritySection
 from nhtrack.config.tree import Path, lookup
+from nhtrack.config.video import Video, film_fault
 from nhtrack.network import network_faults
 from nhtrack.references import ReferenceInputError, input_kind
 from nhtrack.section import Finding, is_finite
 
 Checks = Callable[[Mapping[str, Any], FilePath], Iterator[Finding]]
 
-MOST_PERIODS = 2_000_000  # five and a half hours at 100 Hz; beyond it a recording no longer fits in memory
+MOST_PERIODS = 2_000_000  # five and a half hours at 100 Hz; more takes too long to look at beforehand
 AUTO_PERIODS = 2000  # where inputs are tried as long as `time: auto` leaves the control periods open
 MOST_STEPS = 1e7  # physics steps in a control period; beyond it the schema's bounds have the word
 _SAME = 1e-6  # how far a start may be from where the input begins, as a share and at all
@@ -49,6 +50,7 @@ def findings(tree: Any, directory: FilePath, checks: Checks) -> Iterator[Finding
     yield from checks(tree, directory)
     yield from input_findings(lookup(tree, INPUT), clock, INPUT)
     yield from _start_findings(lookup(tree, ("leader",)))
+    yield from _film_findings(lookup(tree, ("video",)), clock)
 
 
 def no_checks(tree: Mapping[str, Any], directory: FilePath) -> Iterator[Finding]:
@@ -122,7 +124,7 @@ def clock_findings(clock: Clock) -> Iterator[Finding]:
             f"{seconds:g} s on the robot's clock, less than one control period of {1 / rate:g} s",
         )
     elif clock.periods > MOST_PERIODS:
-        yield ("duration",), f"{clock.periods:.3g} control periods; at most {MOST_PERIODS} fit in a recording"
+        yield ("duration",), f"{clock.periods:.3g} control periods; a run has at most {MOST_PERIODS}"
 
 
 def _rate_message(rate: float, timestep: float) -> str:
@@ -208,3 +210,12 @@ def _start_findings(leader: Any) -> Iterator[Finding]:
         if expected is not None and not np.allclose(getattr(start, key), expected, rtol=_SAME, atol=_SAME):
             shown = ", ".join(f"{value:.9g}" for value in expected)
             yield ("leader", "start", key), f"the input begins elsewhere: write {key}: [{shown}], or leave it out"
+
+
+def _film_findings(video: Any, clock: Clock) -> Iterator[Finding]:
+    """Yields a film that is too long."""
+    if not isinstance(video, Mapping) or clock.duration is None or clock.scale is None:
+        return
+    speed, fps = positive(video.get("speed")), positive(video.get("fps", Video.model_fields["fps"].default))
+    if fps is not None and (unmade := film_fault(clock.duration * clock.scale, int(fps), speed)):
+        yield ("video", "speed"), unmade

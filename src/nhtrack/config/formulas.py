@@ -10,7 +10,7 @@ from pydantic import ValidationError
 
 from nhtrack.config.messages import is_number, tree_path
 from nhtrack.config.tree import Path, lookup
-from nhtrack.references import number_of
+from nhtrack.references import ReferenceInputError, number_of
 
 
 def formulas_in(tree: Any, error: ValidationError) -> dict[Path, float]:
@@ -26,8 +26,11 @@ def formulas_in(tree: Any, error: ValidationError) -> dict[Path, float]:
         number = wanted in ("float_type", "int_type") or loc[-1:] == ("<auto>",)
         if not number or not isinstance(given, str) or is_number(given):
             continue
-        value = number_of(given)
-        if value is not None and (wanted != "int_type" or value.is_integer()):
+        try:
+            value = number_of(given)
+        except ReferenceInputError:
+            continue
+        if wanted != "int_type" or value.is_integer():
             found[tree_path(tree, loc)] = int(value) if wanted == "int_type" else value
     return found
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping
 from typing import Any
 
@@ -10,7 +11,7 @@ from pydantic import ValidationError
 from nhtrack.config.tree import Path, lookup
 from nhtrack.errors import did_you_mean
 from nhtrack.laws import faulty_laws
-from nhtrack.references import input_words
+from nhtrack.references import ReferenceInputError, input_words, number_of
 
 _COMPONENTS = {
     "pose": ("x", "y", "theta"),
@@ -35,6 +36,9 @@ _EXPECTED = {
     "model_type": "a section of `key: value` lines",
     "model_attributes_type": "a section of `key: value` lines",
 }
+
+
+_FORMULA = re.compile(r"^t$|\d *[-+*/^(]|[-+*/^)] *\w")  # what is meant as one
 
 
 def shape_faults(tree: Any, error: ValidationError) -> Iterator[tuple[Path, str]]:
@@ -118,8 +122,18 @@ def _wrong_length(name: str, given: int) -> str:
 
 
 def _unquoted(given: Any) -> str:
-    """Returns the advice that a number given as text needs."""
-    return "; write it without quotes" if isinstance(given, str) and is_number(given) else ""
+    """Returns the advice that a number given as text needs, or why a formula is none."""
+    if not isinstance(given, str):
+        return ""
+    if is_number(given):
+        return "; write it without quotes"
+    if not _FORMULA.search(given):
+        return ""
+    try:
+        number_of(given)
+    except ReferenceInputError as error:
+        return f"; {error}"
+    return ""
 
 
 def is_number(text: str) -> bool:

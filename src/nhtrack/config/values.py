@@ -7,6 +7,7 @@ from typing import Annotated, Literal, TypeAlias
 
 from pydantic import AfterValidator, Field
 
+from nhtrack.errors import clipped
 from nhtrack.section import fault
 
 ROBOT_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_-]*\Z")
@@ -14,7 +15,7 @@ ROBOT_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_-]*\Z")
 
 def _printable(name: str) -> str:
     if not name.strip() or not name.isprintable() or len(name) > 100:
-        raise fault(f"expected a short printable name, got {name!r}")
+        raise fault(f"expected a short printable name, got {clipped(name)!r}")
     if any(mark in name for mark in "/\\") or name.startswith("."):
         raise fault(f"{name!r} names a results folder: leave out slashes and a leading dot")
     return name

@@ -27,6 +27,11 @@ def exists(path: Path) -> bool:
     return os.path.exists(path)  # Path.exists raises where a name is too long
 
 
+def _without_waiting(path: str, flags: int) -> int:
+    """Returns a file opened such that none of the system's own, as /proc has them, is waited for."""
+    return os.open(path, flags | getattr(os, "O_NONBLOCK", 0))
+
+
 def read_text(path: Path, most: int) -> str:
     """Returns the text of a file, with one kind of line end and without a byte order mark.
 
@@ -42,10 +47,12 @@ def read_text(path: Path, most: int) -> str:
     if not path.is_file():
         raise TextError("is a directory" if path.is_dir() else "is no regular file")
     try:
-        with path.open("rb") as file:
+        with open(path, "rb", opener=_without_waiting) as file:
             data = file.read(most + 1)
     except OSError as error:
         raise TextError(f"cannot be read: {error.strerror}") from None
+    if data is None:
+        raise TextError("cannot be read: nothing is there yet")
     if len(data) > most:
         raise TextError(f"has more than {most / 1e6:g} MB")
     try:

@@ -66,17 +66,13 @@ def within(u: float, rate: float, gain: float, largest: float, acceleration: flo
 
 def field_warnings(c: float, field_speed: float, limits: Limits) -> tuple[str, ...]:
     """Returns what limits leave no room for, of a field that adds so much speed and brakes at the rate c."""
-    found = []
+    braking, why = c * field_speed, []
     if field_speed >= limits.speed:
-        found.append(
-            f"field_speed = {field_speed:.3g} m/s is not below the speed limit {limits.speed:.3g} m/s: "
-            f"nothing is left for the leader's own; {limits.speed / 2 / field_speed:.2g} times it would leave half"
-        )
-    braking = c * field_speed
+        why.append(f"is not below the speed limit {limits.speed:.3g} m/s: nothing is left for the leader's own")
     if braking > limits.acceleration:
-        found.append(
-            f"c field_speed = {braking:.3g} m/s^2 is above the acceleration limit {limits.acceleration:.3g} "
-            "m/s^2: the follower cannot brake as the field asks; "
-            f"{0.99 * limits.acceleration / braking:.2g} times field_speed would do"
+        why.append(
+            f"brakes by c field_speed = {braking:.3g} m/s^2, above the acceleration limit {limits.acceleration:.3g} "
+            "m/s^2: the follower cannot brake as the field asks"
         )
-    return tuple(found)
+    room = min(limits.speed / 2 / field_speed, 0.99 * limits.acceleration / braking)
+    return (f"field_speed = {field_speed:.3g} m/s {', and '.join(why)}; {room:.2g} times it would do",) if why else ()

@@ -200,7 +200,7 @@ class Recording:
 
     @property
     def seed(self) -> int | None:
-        """Seed of everything random, or None where the recording does not say."""
+        """Seed of the noise, or None where the recording does not say."""
         seed = self.dataset.attrs.get("seed")
         return None if seed is None else int(seed)
 

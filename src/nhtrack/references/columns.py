@@ -70,8 +70,8 @@ def read_csv(path: Path, names: Sequence[str]) -> Columns:
     twice = [name for name in names if header.count(name) > 1]
     if missing or twice:
         got = ", ".join(header) or "nothing"
-        semicolons = "; separate them by commas" if len(header) == 1 and ";" in got else ""
-        wrong = f"expected the columns {', '.join(names)}, got {got}{semicolons}"
+        commas = "; separate them by commas" if len(header) == 1 and re.search(r"\w[;\t |]+\w", got) else ""
+        wrong = f"expected the columns {', '.join(names)}, got {got}{commas}"
         twofold = f"the column {twice[0]} is there twice" if twice else ""
         raise FileFaults([f"{path.name}:1:1: {wrong if missing else twofold}"])
     where = [header.index(name) for name in names]

@@ -220,7 +220,7 @@ class Expression:
         try:
             return evaluator.eval(self.text, previously_parsed=self._tree.body)
         except (ArithmeticError, ValueError, TypeError, InvalidExpression) as error:
-            raise ReferenceInputError(f"{self.text!r} has no value at t = {t:.6g}: {error}", t) from None
+            raise ReferenceInputError(f"{self.text!r} has no value at t = {t:.6g}: {_reason(error)}", t) from None
 
 
 @lru_cache(_KEPT)
@@ -229,13 +229,22 @@ def _kept_sample(expression: Expression, times: bytes) -> np.ndarray:
     return expression._sample(np.frombuffer(times))
 
 
-def number_of(text: str) -> float | None:
-    """Returns the number that a formula without the time is, such as `6*pi`; None where it is none."""
-    try:
-        formula = Expression(text)
-        return float(formula(np.zeros(1))[0]) if formula.is_constant else None
-    except ReferenceInputError:
-        return None
+def _reason(error: Exception) -> str:
+    """Returns why something cannot be computed; Python has numbers or other words for it."""
+    kinds = ((OverflowError, "too large a number"), (ZeroDivisionError, "division by zero"))
+    return next((words for kind, words in kinds if isinstance(error, kind)), str(error))
+
+
+def number_of(text: str) -> float:
+    """Returns the number that a formula without the time is, such as `6*pi`.
+
+    Raises:
+        ReferenceInputError: no formula, one of the time, or one without a value.
+    """
+    formula = Expression(text)
+    if not formula.is_constant:
+        raise ReferenceInputError(f"{text!r} depends on the time t")
+    return float(formula(np.zeros(1))[0])
 
 
 def make_signal(value: float | str) -> Expression:

@@ -94,6 +94,7 @@ app = typer.Typer(
 def run_app() -> None:
     """Runs the command line."""
     gl.withhold()
+    warnings.formatwarning = lambda message, *_, **__: f"warning: {message}\n"
     warnings.filterwarnings("ignore", "law .* runs as Python")  # the commands say it themselves
     app()
 

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 
-from nhtrack.errors import RenderError, did_you_mean
-from nhtrack.video.camera import CAMERAS
+from pydantic import ValidationError
+
+from nhtrack.config.messages import shape_faults
+from nhtrack.config.tree import dotted
+from nhtrack.config.video import Video
+from nhtrack.errors import RefusedFilmError
 
 __all__ = ["FLEET", "MANY", "QUALITIES", "SPLIT", "Quality", "RenderOptions"]
 
@@ -46,14 +50,14 @@ class RenderOptions:
     """How a film is made; see `nhtrack.video.render_film`.
 
     Attributes:
-        camera: one of `CAMERAS`, or `SPLIT`.
+        camera: one of `nhtrack.video.camera.CAMERAS`, or `SPLIT`.
         size: width and height [pixels], both even.
         fps: frames per second of film.
         speed: robot seconds per second of film, or None for the slowest round number that keeps the film short.
         quality: one of `QUALITIES`.
 
     Raises:
-        RenderError: a value that makes no film.
+        RefusedFilmError: a value that a scenario's `video` may not have either.
     """
 
     camera: str = "group"
@@ -63,14 +67,9 @@ class RenderOptions:
     quality: str = "normal"
 
     def __post_init__(self) -> None:
-        width, height = self.size
-        if self.camera not in (*CAMERAS, SPLIT):
-            raise RenderError(f"no camera {self.camera!r}; {did_you_mean(self.camera, (*CAMERAS, SPLIT))}")
-        if self.quality not in QUALITIES:
-            raise RenderError(f"no quality {self.quality!r}; {did_you_mean(self.quality, QUALITIES)}")
-        if min(self.size) < 64 or width % 2 or height % 2:
-            raise RenderError(f"size {width} x {height}: expected even numbers of pixels, at least 64")
-        if self.fps < 1:
-            raise RenderError(f"fps {self.fps}: expected at least 1 frame per second")
-        if self.speed is not None and not 0 < self.speed < float("inf"):
-            raise RenderError(f"speed {self.speed}: expected a positive number of robot seconds per second of film")
+        given = asdict(self)
+        try:
+            Video.model_validate(given)
+        except ValidationError as error:
+            said = (f"{dotted(path)}: {message}" for path, message in shape_faults(given, error))
+            raise RefusedFilmError("; ".join(said)) from None

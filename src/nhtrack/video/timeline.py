@@ -11,7 +11,8 @@ from nhtrack import se2
 from nhtrack.analysis.events import slip_speed
 from nhtrack.analysis.spells import spells
 from nhtrack.analysis.touches import touch_place, touches
-from nhtrack.errors import RenderError
+from nhtrack.config.video import film_fault
+from nhtrack.errors import RefusedFilmError, RenderError
 from nhtrack.recording import Recording
 from nhtrack.simulation.scene import Scene
 
@@ -126,6 +127,8 @@ def pick_speed(duration: float) -> float:
 def frame_times(time: np.ndarray, fps: int, speed: float | None) -> tuple[np.ndarray, float]:
     """Returns the robot time of each frame [s], shape (f,), and the robot seconds per second of film."""
     duration = float(time[-1] - time[0])
+    if unmade := film_fault(duration, fps, speed):
+        raise RefusedFilmError(f"speed: {unmade}")
     rate = pick_speed(duration) if speed is None else speed
     frames = int(np.floor(duration / rate * fps + 1e-9)) + 1
     return np.minimum(time[0] + np.arange(frames) * rate / fps, time[-1]), rate

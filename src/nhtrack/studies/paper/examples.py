@@ -147,7 +147,8 @@ EXAMPLES: Mapping[int, Example] = {
             5,
             "formation",
             "The same robots and edges; each follower has a place in the frame of its (virtual) leader, and together "
-            "they make a diamond. Robots touch each other here, as they would.",
+            "they make a diamond. Robots touch each other here, as they would. Robot 3 rests on a choice: its parents "
+            "start with headings exactly pi apart, whose middle lies on either side.",
             ("example5",),
             (
                 PaperFigure(

@@ -68,7 +68,7 @@ def render_command(
 
 
 def _pixels(text: str) -> tuple[int, int]:
-    match = re.fullmatch(r"(\d{2,4})x(\d{2,4})", text)
-    if match is None or any(int(side) % 2 for side in match.groups()):
+    match = re.fullmatch(r"(\d{1,6})x(\d{1,6})", text)
+    if match is None:
         raise typer.BadParameter(f"expected two even numbers such as 1280x720, got {text!r}", param_hint="--size")
     return int(match[1]), int(match[2])

@@ -71,7 +71,7 @@ def run(
 
     Args:
         scenario: a bundled name, a scenario file, a YAML text, a recording, or a loaded scenario.
-        seed: of everything random, in place of the scenario's.
+        seed: of the noise, in place of the scenario's.
         out: a folder for recording, summary, figures, film and report, as `nhtrack run` writes them.
         overwrite: allow a folder that has files in it.
         figures: whether to draw figures; this and what follows are of the folder.
