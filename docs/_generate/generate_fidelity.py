@@ -172,7 +172,7 @@ def _draw_skid(axes: Axes) -> None:
         simulation = Bench("nh_mini", tamper=tamper).simulation(friction=0.1)
         run = drive_open_loop(simulation, inputs, telemetry=("wheel_load",))
         load = run.telemetry["wheel_load"][:, 0, 0]
-        axes.plot(1e3 * run.time[1:], load[1:], color=colour, linewidth=width, label=label)
+        axes.plot(1e3 * run.time[1:], load, color=colour, linewidth=width, label=label)
     drive, zero = simulation.drive, np.zeros(())
     a = float(np.diff(run.xi[[200, 400], 0, 0])[0] / 0.2)
     statics = float(drive.wheel_loads(zero, zero, np.array(a), zero)[0])

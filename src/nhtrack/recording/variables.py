@@ -55,7 +55,7 @@ VARIABLES: dict[str, Variable] = {
     "wheel_speed": Variable(
         _WHEEL, "rad/s", "spin of the wheels relative to the chassis"),
     "wheel_load": Variable(
-        _WHEEL, "N", "normal force between wheel and floor"),
+        _WHEEL, "N", "normal force between wheel and floor, mean over the period that ends at this time"),
     "longitudinal_slip": Variable(
         _WHEEL, "m/s", "rolling-direction velocity of the contact point, v_x -+ b omega - r wheel_speed"),
     "lateral_slip": Variable(
