@@ -9,7 +9,7 @@ import pytest
 
 from nhtrack.experiment.recorder import Shape
 from nhtrack.experiment.rows import COLUMNS
-from nhtrack.experiment.run_statistics import FOLLOWER, RunStatistics
+from nhtrack.experiment.run_statistics import RunStatistics
 from nhtrack.settling import first_late_row, is_near, settling_limits, settling_rows
 
 LIMITS = settling_limits(0.5)
@@ -67,12 +67,12 @@ def test_figures_taken_by_the_way_settle_as_arrays_do(block: int) -> None:
         count = min(block, t - first)
         rows = statistics.space(first, count)
         rows.table[:] = math.nan
-        rows.table[:, :count, FOLLOWER, COLUMNS["error"]] = error[first : first + count].swapaxes(0, 1)
+        rows.table[:, :count, 1, COLUMNS["error"]] = error[first : first + count].swapaxes(0, 1)
         statistics.add(first, count)
     distance, heading = np.hypot(error[..., 0], error[..., 1]), error[..., 2]
     expected = settling_rows(LIMITS, distance, heading)
     assert len(set(expected.tolist())) > t // 2, "a test needs many of them"
-    np.testing.assert_array_equal(statistics.figures.settled, expected)
+    np.testing.assert_array_equal(statistics.figures.settled[:, 1], expected)
     settled = is_near(LIMITS, distance[late:], heading[late:]).all(axis=0)
     assert 0 < settled.sum() < b
     np.testing.assert_array_equal(expected <= late, settled)

@@ -192,23 +192,20 @@ SLIPPING = 2e-5
 LIMIT_MET = 0.002
 # A launch's closed form is met late on a ramp, since heavy wheels take a while to slip by SLIPPING. Measured 0.21 %.
 LIMIT_MET_ON_A_RAMP = 0.005
-# A sliding wheel bounces, so that a force comes in packets. In half a second the slowest bouncer (warehouse, wheels
-# 2 m/s too fast) touches the floor some seventeen times: a packet more or less is 6 % of a mean.
-BOUNCE = 0.06  # of mean loads and friction; measured 2.0 %
-# Of the distance of a launch, and of its last speed for means over 50 ms, two bounces. Measured 0.34 % and 1.7 %.
-LAUNCH_POSITION = 0.01
-LAUNCH_SPEED = 0.05
-# Of the path and of the turn in the half second after the axle broke away, where friction has the direction of the slip
-# in single steps: an error that falls with the step. Measured 0.92 % and 1.1 %.
-BEND_POSITION = 0.02
-BEND_HEADING = 0.025
-# Of the stopping distance; measured 0.12 % (warehouse), 0.03 % and less (the others).
-STOPPING = 0.005
-# One wheel spins and shakes loose the other, which ought to hold: of the path, of the turn, and side speed over the
-# speed at which the other slides. Measured 0.8 %, 6 % and 2.7 %; it does not fall with the step.
-ONE_WHEEL_POSITION = 0.02
-ONE_WHEEL_HEADING = 0.1
-ONE_WHEEL_DRIFT = 0.05
-# RMS gap after break-away at a quarter of the step over that at 1 ms: a quarter if it fell like the step. Measured 0.46
-# and 0.39; on other floors and robots 0.3 to 0.5.
-CONVERGING = 0.6
+# A wheel that slides bears what statics gives it; the first steps of a slide are what is left. Measured 1e-8 of mean
+# loads and friction.
+SLIDING_LOAD = 1e-6
+# Of the distance of a launch, and of its last speed for means over 50 ms. Measured 2.1e-5 and 1.1e-4.
+LAUNCH_POSITION = 1e-4
+LAUNCH_SPEED = 5e-4
+# Of the path and of the turn in the half second after the axle broke away; up to a slip of 0.1 mm/s wheels are still
+# lifted by it. Measured 0.21 % of the path.
+BEND_POSITION = 0.005
+BEND_HEADING = 0.01
+# Of the stopping distance; measured 2e-7.
+STOPPING = 1e-5
+# One wheel spins and the other holds: of the path, of the turn, and side speed over the speed at which the other
+# slides. Measured 9.6e-4, 8.3e-4 and 1.6e-5.
+ONE_WHEEL_POSITION = 3e-3
+ONE_WHEEL_HEADING = 3e-3
+ONE_WHEEL_DRIFT = 1e-4

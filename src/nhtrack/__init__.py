@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from nhtrack.studies.plot.run import plot as plot
     from nhtrack.studies.render.run import render as render
     from nhtrack.studies.run.run import run as run
+    from nhtrack.studies.sweep.run import sweep as sweep
     from nhtrack.studies.tune.run import tune as tune
 
     __version__: str
@@ -41,7 +42,7 @@ _HOMES = {
     "validate": "nhtrack.recording.source",
 } | {
     name: f"nhtrack.studies.{name}.run"
-    for name in ("campaign", "compare", "feasibility", "inspect", "plot", "render", "run", "tune")
+    for name in ("campaign", "compare", "feasibility", "inspect", "plot", "render", "run", "sweep", "tune")
 }
 
 __all__ = [
@@ -59,6 +60,7 @@ __all__ = [
     "plot",
     "render",
     "run",
+    "sweep",
     "tune",
     "validate",
 ]

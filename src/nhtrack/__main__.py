@@ -9,7 +9,7 @@ from typing import NoReturn
 def main() -> NoReturn:
     """Runs the command line; also what is interrupted while it is being imported ends with a plain line."""
     try:
-        from nhtrack.terminal.stopping import listen
+        from nhtrack.stopping import listen
 
         listen()
         from nhtrack.cli import run_app
@@ -25,6 +25,9 @@ def main() -> NoReturn:
 
 def _end(code: int | str | None) -> NoReturn:
     """Ends the process at once: to take the interpreter apart takes a second where machine code was loaded."""
+    from nhtrack.stopping import end_at_once
+
+    end_at_once()
     if not isinstance(code, int | None):
         sys.exit(code)
     atexit._run_exitfuncs()

@@ -7,7 +7,7 @@ from pathlib import Path
 from nhtrack.errors import NhtrackError, did_you_mean
 
 _PACKAGE = Path(__file__).parent
-_CAMPAIGNS = "campaign/"  # folder of scenarios/ whose files are campaigns
+_CAMPAIGNS, _SWEEPS = "campaign/", "sweep/"  # folders of scenarios/ whose files are campaigns and sweeps
 
 
 class AssetError(NhtrackError):
@@ -56,12 +56,17 @@ def find_robot(name: str) -> Path:
 
 def bundled_scenarios() -> tuple[str, ...]:
     """Returns the names of the bundled scenarios, such as `paper/example1`."""
-    return tuple(name for name in _bundled_files() if not name.startswith(_CAMPAIGNS))
+    return tuple(name for name in _bundled_files() if not name.startswith((_CAMPAIGNS, _SWEEPS)))
 
 
 def bundled_campaigns() -> tuple[str, ...]:
     """Returns the names of the bundled campaigns, such as `campaign/ideal`."""
     return tuple(name for name in _bundled_files() if name.startswith(_CAMPAIGNS))
+
+
+def bundled_sweeps() -> tuple[str, ...]:
+    """Returns the names of the bundled sweeps, such as `sweep/small`."""
+    return tuple(name for name in _bundled_files() if name.startswith(_SWEEPS))
 
 
 def find_scenario(name: str) -> Path:
@@ -80,6 +85,15 @@ def find_campaign(name: str) -> Path:
         AssetError: no such campaign.
     """
     return _find("campaign", name, bundled_campaigns())
+
+
+def find_sweep(name: str) -> Path:
+    """Returns the file of a bundled sweep.
+
+    Raises:
+        AssetError: no such sweep.
+    """
+    return _find("sweep", name, bundled_sweeps())
 
 
 def _bundled_files() -> tuple[str, ...]:

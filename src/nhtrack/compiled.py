@@ -178,6 +178,12 @@ def call_2(typing_context: Any, address: Any, a: Any, b: Any) -> Any:
 
 
 @intrinsic  # type: ignore[untyped-decorator]
+def call_4(typing_context: Any, address: Any, a: Any, b: Any, c: Any, d: Any) -> Any:
+    """Calls the C function at an address with four pointers."""
+    return types.void(*(5 * [types.intp])), _code_of_call
+
+
+@intrinsic  # type: ignore[untyped-decorator]
 def call_6(typing_context: Any, address: Any, a: Any, b: Any, c: Any, d: Any, e: Any, f: Any) -> Any:
     """Calls the C function at an address with six pointers."""
     return types.void(*(7 * [types.intp])), _code_of_call

@@ -19,6 +19,7 @@ from multiprocessing.connection import Connection
 from typing import Any, Protocol, TypeAlias, TypeVar
 
 from nhtrack.errors import NhtrackError
+from nhtrack.stopping import ASKING
 
 Task = TypeVar("Task")
 Result = TypeVar("Result")
@@ -118,7 +119,7 @@ def _undisturbed() -> Iterator[None]:
     A terminal asks all processes in it; the one that others work for says when they are to stop.
     """
     resource_tracker.ensure_running()  # to start it later would let this thread hear again
-    heard = signal.pthread_sigmask(signal.SIG_BLOCK, (signal.SIGINT, signal.SIGTERM, signal.SIGHUP))
+    heard = signal.pthread_sigmask(signal.SIG_BLOCK, ASKING)
     try:
         yield
     finally:

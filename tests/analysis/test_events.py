@@ -531,12 +531,9 @@ class TestRealWheels:
         assert kinds(found, "leader") == ({"slipping"} if slips else set())
 
     def test_a_cart_whose_wheels_spin_on_ice_stays_on_the_floor(self) -> None:
-        """Its loads jump from nothing to three times what they are on the mean, and it hops by a millimetre."""
+        """It bears all the while what it did before, but for what it then gains in speed."""
         found = simulate(load_text(CART_ON_ICE))
-        load = found.recording["wheel_load"].values[:, 0]
-        at_rest = float(load[1:50].mean())
-        spins = (load == 0).any(axis=-1)
-        assert spins.mean() > 0.1
-        assert load[spins.argmax() :].mean() == pytest.approx(at_rest, rel=0.05)
+        load, slip = (found.recording[name].values[:, 0] for name in ("wheel_load", "longitudinal_slip"))
+        assert np.abs(slip).max() > 2
+        np.testing.assert_allclose(load[1:], np.full_like(load[1:], load[1, 0]), rtol=0.03)
         assert kinds(found, "leader") == {"slipping"}
-        assert found.summary["robots"]["leader"]["smallest_wheel_load"] > 0.2 * at_rest

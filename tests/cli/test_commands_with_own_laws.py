@@ -80,7 +80,7 @@ def test_a_faulty_law_is_refused_before_a_run(before: str, after: str, expected:
 def test_run_and_run_again_without_the_file() -> None:
     nhtrack("run", "my_scenario.yaml", *QUIET, "--set", "law.k_x=3", "--out", "first")
     os.rename("my_law.py", "away.py")
-    said = nhtrack("run", "first/recording.nc", *QUIET, "--out", "second").output
+    said = nhtrack("run", "first/recording.nc", "--trust", *QUIET, "--out", "second").output
     assert "my_law.py is gone: law 'my_law' is taken from the recording" in said
     first, second = (Recording.load(f"{name}/recording.nc") for name in ("first", "second"))
     assert (first["pose"] == second["pose"]).all()

@@ -128,22 +128,17 @@ def of_session(leader: int) -> list[int]:
 
 
 def stop(process: subprocess.Popen[str], how: signal.Signals) -> tuple[float, str]:
-    """Stops a command, Ctrl-C with all that works for it; returns the seconds it took to end, and what it says.
-
-    Twice if it does not answer: of a hundred interruptions one is swallowed by what other packages do when imported.
-    """
+    """Stops a command once, Ctrl-C with all that works for it; returns the seconds it took to end, and what it says."""
     before, waited = spent(process), os.times()
     if how == signal.SIGINT:
         os.killpg(process.pid, how)
     else:
         os.kill(process.pid, how)
     try:
-        said = process.communicate(timeout=PATIENCE)[1]
-    except subprocess.TimeoutExpired:
-        print(f"{how.name} again")
-        before, waited = spent(process), os.times()
-        os.kill(process.pid, how)
         said = process.communicate(timeout=20 * PATIENCE)[1]
+    except subprocess.TimeoutExpired:
+        os.killpg(process.pid, signal.SIGKILL)
+        raise
     now = os.times()
     took = now.children_user + now.children_system - waited.children_user - waited.children_system - before
     return min(took, now.elapsed - waited.elapsed), said

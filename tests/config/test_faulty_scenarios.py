@@ -50,7 +50,7 @@ def corpus(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 CASES = [("validate", name) for name in NAMES] + [("run", "everything_at_once")]
-CASES += [("campaign", name) for name in NAMES if name.startswith("campaign")]
+CASES += [(name.partition("_")[0], name) for name in NAMES if name.startswith(("campaign", "sweep"))]
 
 
 @pytest.mark.parametrize(("command", "name"), CASES)

@@ -13,6 +13,8 @@ from nhtrack.simulation.scene import Scene
 from nhtrack.studies.fidelity.bench import Bench
 from nhtrack.studies.fidelity.suite import CHECKS
 
+STOPPING = "stopping distance with locked wheels"
+
 pytestmark = [pytest.mark.slow, pytest.mark.fidelity]
 
 
@@ -63,6 +65,15 @@ def correction_on_ice(simulation: MujocoSimulation) -> None:
         model.opt.gravity[1] += 1e-3 * simulation.wheels.corrected
 
 
+def hulls_bounce(scene: Scene) -> Scene:
+    scene.model.geom_solref[:] = 0.02, 0.3
+    return scene
+
+
+def slip_untold(simulation: MujocoSimulation) -> None:
+    simulation.wheels = simulation.wheels._replace(told_of_slip=False)
+
+
 @dataclass(frozen=True)
 class Mutation:
     """A fault, the check that must find it, and the budget that it breaks."""
@@ -83,6 +94,9 @@ MUTATIONS = (
     Mutation("no wheel inertia", "reduced_model", "mass matrix in (v, omega)", no_wheel_inertia),
     Mutation("no wheel inertia", "accelerations", "straight acceleration under constant torque", no_wheel_inertia),
     Mutation("axle 0.1 % wider", "planar_base", "planar base: heading after 10 s", wider),
+    Mutation("wheels not told of their slip", "energy", "energy balance, wheels spinning", tamper=slip_untold),
+    Mutation("wheels not told of their slip", "stopping_distance", STOPPING, tamper=slip_untold),
+    Mutation("hulls bounce", "collisions", "collision: overlap against v T/e", hulls_bounce),
     Mutation("no geom priority", "friction_limits", "friction limit, turning", no_priority),
     Mutation("cylinder wheels", "accelerations", "spin under constant torque", cylinders),
     Mutation(

@@ -326,12 +326,12 @@ class TestLaunch:
         np.testing.assert_allclose(speeds, 0, rtol=0, atol=tol.LAUNCH_SPEED * launched.second.u[-1, 0])
         assert np.abs(launched.second.slip(launched.robot)[-1, ::2]).min() > 1000 * tol.SLIPPING
 
-    def test_mean_load_and_friction_of_sliding_wheels(self, launched: SideBySide) -> None:
+    def test_load_and_friction_of_sliding_wheels(self, launched: SideBySide) -> None:
         """MuJoCo's against statics with load transfer, and against mu times that."""
         load, used = (launched.seen(name)[50:] for name in ("wheel_load", "friction_utilisation"))
         statics = launched.second.load[50:, :2].mean(axis=0)
-        np.testing.assert_allclose(load.mean(axis=0), statics, rtol=tol.BOUNCE)
-        np.testing.assert_allclose((used * load).mean(axis=0), statics, rtol=tol.BOUNCE)
+        np.testing.assert_allclose(load.mean(axis=0), statics, rtol=tol.SLIDING_LOAD)
+        np.testing.assert_allclose((used * load).mean(axis=0), statics, rtol=tol.SLIDING_LOAD)
 
 
 class TestBend:
@@ -401,11 +401,3 @@ def test_one_wheel_spins_and_the_other_holds(driven: Driver) -> None:
     assert abs(x) < tol.ONE_WHEEL_POSITION * run.pose[-1, 0]
     assert abs(theta) < tol.ONE_WHEEL_HEADING * turn
     assert abs(y) / run.second.time[-1] < tol.ONE_WHEEL_DRIFT * np.abs(slip[:, 2]).mean()
-
-
-def test_mujoco_comes_closer_with_smaller_steps() -> None:
-    """After the axle broke away, where the two differ by a percent: the second engine's side is the right one."""
-    coarse, fine = (growing_circle(driver("nh_mini"), 0.27, h) for h in (TIMESTEP, TIMESTEP / 4))
-    at_1_ms, at_a_quarter = ((run.gap()[TestBend.break_away(run) :] ** 2).mean(axis=0) ** 0.5 for run in (coarse, fine))
-    assert np.hypot(*at_a_quarter[:2]) < tol.CONVERGING * np.hypot(*at_1_ms[:2])
-    assert at_a_quarter[2] < tol.CONVERGING * at_1_ms[2]

@@ -26,18 +26,23 @@ from nhtrack.analysis.time_scale import at_time
 from nhtrack.cli.scenarios import _beforehand
 from nhtrack.config.campaign import Campaign
 from nhtrack.config.scenario import Scenario
+from nhtrack.config.sweep import Sweep
 from nhtrack.errors import FeasibilityError, NhtrackError, RefusedError, ScenarioError, SimulationDiverged
-from nhtrack.experiment.load import load_either, load_text
+from nhtrack.experiment.load import LOADER, load_either, load_text
 from nhtrack.recording import Recording, make_recording
 from nhtrack.studies.campaign.cell import Cell
 from nhtrack.studies.run.run import simulate
+from nhtrack.studies.sweep.run import plan_of
 
 SECONDS = 5.0  # of the CPU, for one
 MEGABYTES = 500.0  # at their most, for one
 EVERY = 8  # so many mutants of which one is run where it is sound, as about a sixth are: one in fifty
 _RUN, _STEPS, _ROBOTS = 0.1, 20_000, 64  # seconds, physics steps and robots that a run is cut to
 # How often what takes long to read is taken, where another file is taken once.
-_SHARES = {"stress/formation64": 0.2, "stress/formation1000": 0.01, "tour/lemniscate": 0.03, "campaign/bandwidth": 0.03}
+_SHARES = {
+    "stress/formation64": 0.2, "stress/formation1000": 0.01, "tour/lemniscate": 0.03, "campaign/bandwidth": 0.03,
+    "sweep/friction_gain": 0.3,
+}  # fmt: skip
 _TOKEN = re.compile(r"[A-Za-z_]\w*|-?\d+\.?\d*(?:e[+-]?\d+)?|\s+|.", re.DOTALL)
 _STRANGE = (
     "", "-1", "0", "1e400", "1e-320", "-0.0", ".nan", ".inf", "999999999999999999999", "null", "true", "t", "pi/2", "~",
@@ -102,9 +107,10 @@ class Verdict:
 
 @cache
 def texts() -> tuple[tuple[str, str], ...]:
-    """Returns all bundled scenarios and campaigns."""
+    """Returns all bundled scenarios, campaigns and sweeps."""
     names = [(name, assets.find_scenario(name)) for name in assets.bundled_scenarios()]
     names += [(name, assets.find_campaign(name)) for name in assets.bundled_campaigns()]
+    names += [(name, assets.find_sweep(name)) for name in assets.bundled_sweeps()]
     return tuple((name, path.read_text(encoding="utf-8")) for name, path in names)
 
 
@@ -264,8 +270,11 @@ def judged(mutant: Mutant, folder: Path, whole: bool = False, run: bool = False)
     return Verdict(mutant, said, broken, seconds, megabytes, ran)
 
 
-def _cut_short(loaded: Scenario | Campaign) -> Scenario | None:
-    """Returns a scenario as it is, or the first of a campaign, of a short run; None where that has too many robots."""
+def _cut_short(loaded: Scenario | Campaign | Sweep) -> Scenario | None:
+    """Returns a scenario, or the first of a campaign or sweep, of a short run; None where that has too many robots."""
+    if isinstance(loaded, Sweep):
+        plan = plan_of(loaded)
+        loaded = LOADER.load_tree(plan.tree, overrides=plan.changes(0))
     if isinstance(loaded, Campaign):
         timed = at_time(loaded, 1.0) if loaded.similarity.time == "auto" else loaded
         loaded = Cell(timed, next(iter(timed.laws)), timed.family_names[0]).scenario(0)
@@ -296,7 +305,7 @@ def _memory(name: str) -> float:
 _FRESH = _memory("VmRSS")  # of a process that has judged nothing yet, and keeps nothing of others
 
 
-def _read(mutant: Mutant, folder: Path) -> Scenario | Campaign | None:
+def _read(mutant: Mutant, folder: Path) -> Scenario | Campaign | Sweep | None:
     if mutant.kind == "recording":
         file = folder / "mutant.nc"
         file.write_bytes(mutant.data)

@@ -29,8 +29,8 @@ AT_LIMIT = 0.99
 # [m/s] Slip speed from which a wheel at its limit slides. Regularised friction lets a wheel that holds creep at up to
 # 1e-6 m/s (docs/fidelity.md); a wheel can be at its limit and yet creep, while the other one holds the axle.
 CREEP = 1e-3
-# [s] How long a wheel must bear no load and be clear of the floor. Wheels that slide hop, some 30 ms at a time, which
-# is a height of g t^2/8 = 1 mm, and their loads over a tenth of a second are those of wheels that stand.
+# [s] How long a wheel must bear no load and be clear of the floor. Wheels that slide on MuJoCo's own contacts hop, some
+# 30 ms at a time, which is a height of g t^2/8 = 1 mm; over a tenth of a second they bear what wheels do that stand.
 LIFTED = 0.1
 # Share of the wheels' radius above which no wheel hops: one that is as high is off the floor at once.
 HIGH = 0.1

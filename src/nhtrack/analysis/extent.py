@@ -15,7 +15,7 @@ MEMORY = 10**8  # bytes of rows from which on they go to a file, where there may
 # Measured (docs/performance.md), to plan with: neighbours on a machine move times by half.
 _PHYSICS_STEP = 12e-6  # [s] a robot on wheels
 _PERIOD = 1.5e-6  # [s] a robot on the ideal integrator, with its law
-_BYTE = 100e-9  # [s] of a recording written, looked through and drawn
+BYTE = 100e-9  # [s] of a recording written, looked through and drawn
 _BASE = 5.5e8  # [bytes] of a process that runs, reads and draws; a small run takes 4.7e8
 _PERIODS = 200  # [bytes] a control period: the leader's input, and what is looked at beforehand
 _ROWS = 200  # [bytes] a row of what is looked at of one robot
@@ -82,7 +82,7 @@ def extent_of(experiment: Experiment, *, wheels: bool) -> Extent:
     rows = shape.row_bytes * shape.total
     file = rows + 8 * 3 * robots * shape.total
     steps = periods * robots
-    seconds = _PERIOD * steps + _BYTE * file
+    seconds = _PERIOD * steps + BYTE * file
     seconds += wheels * _PHYSICS_STEP * steps * experiment.dt / experiment.scene.timestep
     return Extent(periods, robots, experiment.every, 2 * rows, file, seconds)
 

@@ -15,7 +15,7 @@ from nhtrack.arrays import row_blocks
 from nhtrack.recording import Recording
 from nhtrack.settling import SettlingLimits, first_late_row, settling_limits, settling_rows
 
-LOAD_SPAN = 0.1  # [s] over which loads are means: those of sliding wheels jump between nothing and thrice the weight
+LOAD_SPAN = 0.1  # [s] over which loads are means: those of wheels that begin to slide are thrown about for some steps
 _FEW = 100  # robots, up to which all pairs are looked at
 
 

@@ -16,14 +16,17 @@ from nhtrack.terminal.screen import screen
 if TYPE_CHECKING:
     from nhtrack.config.campaign import Campaign
     from nhtrack.config.scenario import Scenario
+    from nhtrack.config.sweep import Sweep
 
 
 @app.command("validate")
 def validate_command(
-    files: Annotated[list[str], typer.Argument(metavar="FILE...", help="Scenario or campaign files or bundled names.")],
+    files: Annotated[
+        list[str], typer.Argument(metavar="FILE...", help="Scenario, campaign or sweep files, or bundled names.")
+    ],
     strict: Annotated[bool, typer.Option("--strict", help="Exit with 2 where there are warnings, too.")] = False,
 ) -> None:
-    """Check scenarios and campaigns, every fault with its line, and leaders beyond law or robot; nothing is run."""
+    """Check files, every fault with its line, and leaders beyond law or robot; nothing is run."""
     from nhtrack.experiment.load import load_either
 
     faulty = False
@@ -46,10 +49,15 @@ def validate_command(
         raise typer.Exit(EXIT_SCENARIO)
 
 
-def _beforehand(loaded: Scenario | Campaign) -> tuple[str, tuple[str, ...]]:
+def _beforehand(loaded: Scenario | Campaign | Sweep) -> tuple[str, tuple[str, ...]]:
     """Returns how much a run is, where that is much and known, and what will go wrong, in sentences."""
     from nhtrack.config.campaign import Campaign
+    from nhtrack.config.sweep import Sweep
 
+    if isinstance(loaded, Sweep):
+        from nhtrack.studies.sweep.run import plan_of, sweep_beforehand
+
+        return "", sweep_beforehand(plan_of(loaded))
     auto = loaded.similarity.time == "auto"
     if isinstance(loaded, Campaign):
         from nhtrack.studies.campaign.beforehand import campaign_beforehand, campaign_beforehand_without_time
@@ -67,11 +75,15 @@ def _beforehand(loaded: Scenario | Campaign) -> tuple[str, tuple[str, ...]]:
     return f"; {extent.sentence}" if known else "", beforehand(loaded, experiment)
 
 
-def _account(loaded: Scenario | Campaign) -> str:
-    """Returns what a scenario amounts to on the robot, or how much a campaign asks for."""
+def _account(loaded: Scenario | Campaign | Sweep) -> str:
+    """Returns what a scenario amounts to on the robot, or how much a campaign or a sweep asks for."""
     from nhtrack.config.campaign import Campaign
+    from nhtrack.config.sweep import Sweep
     from nhtrack.presentation.numbers import counted
 
+    if isinstance(loaded, Sweep):
+        axes = counted(len(loaded.axes), "axis").replace("axiss", "axes")
+        return f"{axes}, {counted(loaded.points, 'point')}, {counted(loaded.runs, 'run')}"
     if isinstance(loaded, Campaign):
         families = len(loaded.family_names)
         runs = len(loaded.laws) * families * loaded.starts.count
@@ -87,13 +99,15 @@ def _account(loaded: Scenario | Campaign) -> str:
 def schema(
     out: Annotated[Path | None, typer.Option(help="Write to this file instead of the terminal.")] = None,
     campaign: Annotated[bool, typer.Option("--campaign", help="Of campaign files.")] = False,
+    sweep: Annotated[bool, typer.Option("--sweep", help="Of sweep files.")] = False,
 ) -> None:
     """Print the JSON Schema of scenario files, for editors that complete and check them."""
     from nhtrack.config.campaign import Campaign
     from nhtrack.config.documentation import json_schema
     from nhtrack.config.scenario import Scenario
+    from nhtrack.config.sweep import Sweep
 
-    text = json.dumps(json_schema(Campaign if campaign else Scenario), indent=2)
+    text = json.dumps(json_schema(Sweep if sweep else Campaign if campaign else Scenario), indent=2)
     if out is None:
         typer.echo(text)
     else:
@@ -112,19 +126,22 @@ def init_command(
         Path | None,
         typer.Option("--path", metavar="FILE", help="The leader drives after this file of poses or velocities."),
     ] = None,
+    sweep: Annotated[bool, typer.Option("--sweep", help="A sweep of a scenario's keys.")] = False,
     force: Annotated[bool, typer.Option("--force", help="Replace the file if it exists.")] = False,
 ) -> None:
-    """Write a commented scenario, or with --law a commented law, to start from."""
-    if law and along is not None:
-        raise typer.BadParameter("a law drives after no file; leave out one of --law and --path", param_hint="--path")
-    target = path or Path("my_law.py" if law else "scenario.yaml")
+    """Write a commented scenario, with --law a law, or with --sweep a sweep, to start from."""
+    if law + sweep + (along is not None) > 1:
+        raise typer.BadParameter("leave out all but one of --law, --sweep and --path", param_hint="--path")
+    target = path or Path("my_law.py" if law else "sweep.yaml" if sweep else "scenario.yaml")
     if law and target.suffix != ".py":
         raise typer.BadParameter(f"a law is a Python file such as my_law.py, got {target}", param_hint="PATH")
     if target.exists() and not force:
         fail(f"error: {target} exists; choose another name, or --force to replace it")
-    _write(target, _law_text() if law else _scenario_text(target, along))
+    _write(target, _law_text() if law else _sweep_text(target) if sweep else _scenario_text(target, along))
     if law:
         typer.echo(_LAW_WRITTEN.format(path=target))
+    elif sweep:
+        typer.echo(f"wrote {target}; run it with: nhtrack sweep {target}")
     else:
         typer.echo(f"wrote {target}; run it with: nhtrack run {target}")
 
@@ -139,6 +156,12 @@ def _law_text() -> str:
     from nhtrack.assets import find_example
 
     return find_example("write_a_law/my_law.py").read_text(encoding="utf-8")
+
+
+def _sweep_text(target: Path) -> str:
+    from nhtrack.config.sweep_starter import sweep_starter
+
+    return sweep_starter(target.stem)
 
 
 def _scenario_text(target: Path, along: Path | None) -> str:
@@ -166,16 +189,18 @@ def _write(path: Path, text: str) -> None:
 
 @app.command("list")
 def list_assets() -> None:
-    """List the bundled scenarios, campaigns and robots."""
+    """List the bundled scenarios, campaigns, sweeps and robots."""
     from rich.table import Table
 
     from nhtrack import assets
 
     scenarios = [(name, _description(assets.find_scenario(name))) for name in assets.bundled_scenarios()]
     campaigns = [(name, _description(assets.find_campaign(name))) for name in assets.bundled_campaigns()]
+    sweeps = [(name, _description(assets.find_sweep(name))) for name in assets.bundled_sweeps()]
     robots = [(name, assets.robot_description(name)) for name in assets.robots()]
     console = screen()
-    for title, rows in (("Scenarios", scenarios), ("Campaigns", campaigns), ("Robots", robots)):
+    titles = ("Scenarios", scenarios), ("Campaigns", campaigns), ("Sweeps", sweeps), ("Robots", robots)
+    for title, rows in titles:
         table = Table(title=title, title_justify="left", box=None, show_header=False, padding=(0, 2))
         table.add_column(no_wrap=True, style="bold")
         table.add_column()

@@ -1,4 +1,4 @@
-"""The JSON Schemas of scenario and campaign files, and docs/scenario.md and docs/campaign.md written from them.
+"""The JSON Schemas of scenario, campaign and sweep files, and pages of docs/ written from them.
 
 `python -m nhtrack.config.documentation docs` writes the pages.
 """
@@ -13,6 +13,7 @@ from typing import Any
 
 from nhtrack.config.campaign import Campaign
 from nhtrack.config.scenario import Scenario
+from nhtrack.config.sweep import COLUMNS, METRICS, Sweep
 from nhtrack.references import CONSTANTS, FUNCTIONS
 from nhtrack.section import Section, title_of
 
@@ -43,6 +44,15 @@ def campaign_reference() -> str:
     for name in shared:  # sections that scenarios have as well are described there
         text = text.replace(f"](#{_anchor(name)})", f"](scenario.md#{_anchor(name)})")
     return text
+
+
+def sweep_reference() -> str:
+    """Returns docs/sweep.md: the sections of a sweep file, and the columns of its table."""
+    parts = [_section(name, part) for name, part in _sections("Sweep", json_schema(Sweep))]
+    rows = [f"| `{name}` | {meaning} |" for name, meaning in METRICS.items()]
+    metrics = "\n".join(["## Metrics", "", _METRICS, "| metric | meaning |", "|---|---|", *rows]) + "\n"
+    own = ", ".join(f"`{name}`" for name in COLUMNS)
+    return "\n".join([_SWEEPS.replace("{command}", COMMAND).replace("{columns}", own), *parts, metrics])
 
 
 def _sections(whole: str, schema: Mapping[str, Any]) -> Iterator[tuple[str, Mapping[str, Any]]]:
@@ -94,8 +104,10 @@ def _anchor(name: str) -> str:
     return title_of(name).lower()
 
 
-def _type(value: Mapping[str, Any]) -> str:
+def _type(value: Mapping[str, Any] | bool) -> str:
     """Returns the type of a key in words, with its bounds."""
+    if not isinstance(value, Mapping) or not value:
+        return "anything"
     if "$ref" in value:
         name = value["$ref"].rsplit("/", 1)[-1]
         return f"[{title_of(name)}](#{_anchor(name)})"
@@ -163,6 +175,43 @@ came of the bundled ones is told in [convergence.md](convergence.md). Sections t
 [scenario.md](scenario.md).
 """
 
+_SWEEPS = """# Sweep files
+
+<!-- Written by `{command}`; do not edit. -->
+
+A sweep is one scenario run many times, with other values of some of its keys: one YAML file, run with `nhtrack sweep`
+(`nhtrack.sweep` in Python) and checked like a scenario (`nhtrack validate`, `nhtrack schema --sweep`). `nhtrack init
+--sweep` writes one to start from, `nhtrack sweep --dry-run` tells runs, time and disk.
+
+```yaml
+name: ice
+base: paper/example1                              # or a scenario file, relative to this one
+set: {duration: 6, leader.virtual: true}          # the same in every run
+axes:
+  physics.friction: {from: 0.05, to: 0.8, count: 16, log: true}
+  law.delay_periods: [0, 1]
+  law: {choices: {printed: published, rival: {name: kanayama}}}
+metrics: [late_position_error, gap_position_max]
+expressions: {cost: late_position_error/0.01 + peak_utilisation}
+```
+
+Every combination of all values runs, the first axis slowest. With `sample: {method: sobol, count: 1024}` points are
+drawn in the space of all axes instead, and an axis may be a distribution: `{uniform: [a, b]}`, `{log_uniform: [a, b]}`
+or `{normal: [mean, deviation]}`; one with values takes each equally often. A Sobol sequence is even for a power of two
+of points only. A section comes before what is in it: `law` names the law, then `law.delay_periods` sets what all have.
+
+The results folder has `runs.parquet`, a row a run ({columns}, the axes by their keys, metrics), `sweep.json` (what was
+asked for, and versions), `parts/` and `figures/`. What was stopped or killed goes on with the same command and loses no
+part that was done. The numbers of a run are those of `nhtrack run` with the same changes, to the last bit, however the
+sweep is divided: runs that differ in gains, starts or seed alone go side by side through one compiled model. A run that
+is lost, that its values do not allow, or that ends three processes, is a row with its reason. With `repeats` the k-th
+run of every point has the scenario's seed + k, the same noise at every point.
+"""
+
+_METRICS = """Of a run's worst follower, or of its worst robot on wheels, as `summary.json` has them; not known (NaN)
+where the run was lost. Units are metres, radians and seconds on the robot's clock.
+"""
+
 _FORMULAS = """## Formulas
 
 Where a formula is allowed, it is arithmetic in {constants} with `+ - * / // % **`, comparisons (chained ones
@@ -172,5 +221,6 @@ is asked at the middle of every control period, in scenario time, and must be fi
 
 
 if __name__ == "__main__":
-    for file, page in (("scenario.md", scenario_reference()), ("campaign.md", campaign_reference())):
+    pages = {"scenario.md": scenario_reference(), "campaign.md": campaign_reference(), "sweep.md": sweep_reference()}
+    for file, page in pages.items():
         (Path(sys.argv[1]) / file).write_text(page, encoding="utf-8")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path as FilePath
@@ -18,7 +19,9 @@ from nhtrack.config.formulas import formulas_in, with_values
 from nhtrack.config.messages import shape_faults
 from nhtrack.config.named_files import with_named_files
 from nhtrack.config.scenario import Scenario
-from nhtrack.config.tree import Document, Path, ancestors, dotted, parse_yaml
+from nhtrack.config.sweep import Sweep, sweep_findings
+from nhtrack.config.sweep_trials import located, trials
+from nhtrack.config.tree import Document, Path, ancestors, dotted, lookup, parse_yaml
 from nhtrack.errors import Fault, ScenarioError, did_you_mean
 from nhtrack.files.text import TextError, exists, read_text
 from nhtrack.section import Finding, Section
@@ -41,11 +44,19 @@ class _Form(Generic[Kind]):
 _SCENARIO = _Form(Scenario, findings, assets.bundled_scenarios, assets.find_scenario)
 _CAMPAIGN_FAULT = Fault(0, 0, "", "this is a campaign; run it with `nhtrack campaign`")
 _CAMPAIGN = _Form(Campaign, campaign_findings, assets.bundled_campaigns, assets.find_campaign)
+_SWEEP_FAULT = Fault(0, 0, "", "this is a sweep; run it with `nhtrack sweep`")
+_AUTO = Fault(0, 0, "similarity.time", "`auto` would be another time in every run; give a number")
+_SWEEP = _Form(Sweep, sweep_findings, assets.bundled_sweeps, assets.find_sweep)
 
 
 def is_campaign(tree: Any) -> bool:
     """Returns whether a file's tree is meant as a campaign: it has several laws, where a scenario has one."""
     return isinstance(tree, dict) and "laws" in tree and "law" not in tree
+
+
+def is_sweep(tree: Any) -> bool:
+    """Returns whether a file's tree is meant as a sweep: it has axes."""
+    return isinstance(tree, dict) and "axes" in tree and "law" not in tree
 
 
 @dataclass(frozen=True)
@@ -67,18 +78,62 @@ class Loader:
         path = _path_of(source, _CAMPAIGN)
         return self._read_document(_parsed(path), path, path.parent, overrides, _CAMPAIGN)
 
-    def load_either(self, source: str | FilePath) -> Scenario | Campaign:
-        """Returns what a file says, or a bundled file of that name: a scenario or a campaign.
+    def load_sweep(self, source: str | FilePath, overrides: Sequence[str] = ()) -> Sweep:
+        """Returns the sweep of a YAML file, or of a bundled sweep by name (`sweep/small`); as `load`.
+
+        Values of its axes are tried in its scenario, each by itself, the others at their first.
+
+        Raises:
+            ScenarioError: everything wrong with it.
+        """
+        path = _path_of(source, _SWEEP)
+        document = _parsed(path)
+        sweep = located(self._read_document(document, path, path.parent, overrides, _SWEEP), path.parent)
+        faults = list(dict.fromkeys(self._trial_faults(sweep, document)))
+        if faults:
+            raise ScenarioError(path, faults)
+        return sweep
+
+    def _trial_faults(self, sweep: Sweep, document: Document) -> Iterator[Fault]:
+        """Yields what is wrong with a sweep's scenario, or with values of its axes in it."""
+        try:
+            base = self.load(sweep.base, sweep.base_changes)
+        except ScenarioError as error:
+            lines = str(error).splitlines()
+            yield from (_base_fault(fault, line, document) for fault, line in zip(error.faults, lines, strict=True))
+            return
+        if base.similarity.time == "auto":
+            yield _placed(("base",), f"{_AUTO.key}: {_AUTO.message}, such as in `set`", document, {})
+        tree = base.model_dump(mode="json")
+        for place, alone, together in trials(sweep):
+            faults = self._faults(tree, alone)
+            if faults and self._faults(tree, together):
+                yield from (_placed(place, _said(fault), document, {}) for fault in faults)
+
+    def _faults(self, tree: Mapping[str, Any], overrides: Sequence[str]) -> tuple[Fault, ...]:
+        """Returns everything wrong with a tree that is changed."""
+        try:
+            loaded = self.load_tree(tree, overrides=overrides)
+        except ScenarioError as error:
+            return error.faults
+        return (_AUTO,) if loaded.similarity.time == "auto" else ()
+
+    def load_either(self, source: str | FilePath) -> Scenario | Campaign | Sweep:
+        """Returns what a file says, or a bundled file of that name: a scenario, a campaign or a sweep.
 
         Raises:
             ScenarioError: everything wrong with it.
         """
         if str(source) in assets.bundled_campaigns():
             return self.load_campaign(source)
+        if str(source) in assets.bundled_sweeps():
+            return self.load_sweep(source)
         path = FilePath(source)
         if not exists(path) or path.is_dir():
             return self.load(source)
         document = _parsed(path)
+        if is_sweep(document.tree):
+            return self.load_sweep(path)
         form: _Form[Any] = _CAMPAIGN if is_campaign(document.tree) else _SCENARIO
         found: Scenario | Campaign = self._read_document(document, path, path.parent, (), form)
         return found
@@ -147,6 +202,8 @@ class Loader:
             raise ScenarioError(source, document.faults or [Fault(0, 0, "", "the file is empty")])
         if form is _SCENARIO and is_campaign(document.tree):
             raise ScenarioError(source, [_CAMPAIGN_FAULT])
+        if form is _SCENARIO and is_sweep(document.tree):
+            raise ScenarioError(source, [_SWEEP_FAULT])
         tree = apply_overrides(document.tree, overrides)
         changed = {parse_override(text)[0]: text for text in overrides}
         tree, problems = with_named_files(tree, directory)
@@ -165,6 +222,22 @@ class Loader:
         if faults or loaded is None:
             raise ScenarioError(source, list(dict.fromkeys(faults)))
         return loaded
+
+
+def _base_fault(fault: Fault, line: str, document: Document) -> Fault:
+    """Returns the fault of a sweep whose scenario is at fault: at the change that brought it, or at its name."""
+    changed = next((key for key in lookup(document.tree, ("set",), ()) if fault.key.startswith(key)), None)
+    place, message = (("base",), line) if changed is None else (("set", changed), _said(fault))
+    return _placed(place, message, document, {})
+
+
+def _said(fault: Fault) -> str:
+    """Returns what a fault of a changed scenario says, without how it was changed."""
+    message = _CHANGE.sub("", fault.message)
+    return f"{fault.key}: {message}" if fault.key else message
+
+
+_CHANGE = re.compile(r"^--set \S+: | \(from --set .*\)$")
 
 
 def _validated(model: type[Kind], tree: Any) -> tuple[Kind | None, ValidationError | None]:
@@ -196,6 +269,8 @@ def _path_of(source: str | FilePath, form: _Form[Any]) -> FilePath:
         return form.find(name)
     if form is _SCENARIO and name in assets.bundled_campaigns():
         raise ScenarioError(source, [_CAMPAIGN_FAULT])
+    if form is _SCENARIO and name in assets.bundled_sweeps():
+        raise ScenarioError(source, [_SWEEP_FAULT])
     hint = did_you_mean(name.removesuffix(".yaml"), bundled)
     raise ScenarioError(source, [Fault(0, 0, "", f"no such file, and no bundled {kind} of that name; {hint}")])
 

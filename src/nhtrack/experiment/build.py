@@ -117,7 +117,7 @@ def build(scenario: Scenario, robot: RobotModels | None = None) -> Experiment:
         network=network,
         tracking=_tracking(scenario, network, similarity),
         law=make_law(scenario.law, similarity, make_limits(scenario, robot)),
-        start=_start(scenario, similarity),
+        start=start_of(scenario, similarity),
         inputs=similarity.inputs_to_robot(scenario.leader.input.reference().held(instants_of(scenario))),
         dt=dt,
         similarity=similarity,
@@ -223,7 +223,8 @@ def start_poses(scenario: Scenario) -> np.ndarray:
     return np.asarray(Similarity(scenario.similarity.length, 1.0).poses_to_robot(pose))
 
 
-def _start(scenario: Scenario, similarity: Similarity) -> State:
+def start_of(scenario: Scenario, similarity: Similarity) -> State:
+    """Returns the state that robots begin with, root first, in robot units, shape (n, 3)."""
     twist = np.array([(start.twist[0], 0.0, start.twist[1]) for start in _starts(scenario)])
     return State(0.0, start_poses(scenario), similarity.twists_to_robot(twist))
 

@@ -35,6 +35,7 @@ from nhtrack.network import Network
 from nhtrack.simulation.engine import roll_units
 from nhtrack.simulation.mujoco import MujocoSimulation
 from nhtrack.simulation.state import State
+from nhtrack.stopping import heard
 
 Progress = Callable[[int, int], None]
 
@@ -113,6 +114,7 @@ def rollout(
     except KeyboardInterrupt:
         if not recorder.count:
             raise
+        heard()
         interrupted = True
     variables, qpos = recorder.kept(batch=start.g.ndim > 2)
     return Rollout(recorder.time, variables, qpos, failure, interrupted, every)

@@ -2,24 +2,25 @@
 
 from __future__ import annotations
 
-import json
-import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from nhtrack.arrays import row_blocks
-from nhtrack.errors import RecordingError
+from nhtrack.errors import RecordingError, printable
 from nhtrack.files.checksums import checked, unchecked
+from nhtrack.files.netcdf import opened
 from nhtrack.files.text import exists
-from nhtrack.recording.variables import FORMAT_VERSION
-from nhtrack.simulation.spec import SceneSpec
+from nhtrack.network import network_faults
+from nhtrack.recording.attributes import REQUIRED, attribute_faults, read_scene, section
+from nhtrack.recording.variables import COMPONENTS, FORMAT_VERSION, VARIABLES
 
 if TYPE_CHECKING:
     import xarray as xr
 
+_SHOWN = 20  # names of a message
 LARGE = 2**27  # bytes of a dataset that is read a part at a time
 
 
@@ -37,34 +38,25 @@ def read_dataset(source: Path) -> xr.Dataset:
         raise RecordingError(f"{source}: {faults[0]}")
     try:
         dataset = checked(dataset)
-    except ValueError as error:
-        raise RecordingError(f"{source}: not a recording: {error}") from None
-    faults = [*_attribute_faults(dataset.attrs), *_variable_faults(dataset)]
+    except Exception as error:  # nor what it says where it is read
+        raise RecordingError(printable(f"{source}: not a recording: {error}")) from error
+    faults = [*attribute_faults(dataset.attrs), *_variable_faults(dataset)]
+    faults = faults or [*_robot_faults(dataset.attrs, [str(name) for name in dataset["robot"].values])]
     if faults:
-        raise RecordingError(f"{source}: not a recording: {'; '.join(faults)}")
+        raise RecordingError(printable(f"{source}: not a recording: {'; '.join(faults)}"))
     return dataset
 
 
 def reopened(source: Path) -> xr.Dataset:
     """Returns the dataset of a file that was just written: nothing is kept of what is read of its variables."""
-    return unchecked(_opened(source))
-
-
-def _opened(source: Path) -> xr.Dataset:
-    import xarray as xr
-
-    return xr.open_dataset(source, engine="h5netcdf", cache=False)
+    return unchecked(opened(source))
 
 
 def _loaded(source: Path) -> xr.Dataset:
     """Returns the dataset of a file, in memory where it is not large."""
-    import h5py  # takes long to import, as xarray does, and names of variables need none of it
-
     at = ""
     try:
-        with h5py.File(source) as file:  # where these fail h5netcdf leaves half an object, which prints a traceback
-            file.attrs.get("_nc3_strict")
-        dataset = _opened(source)
+        dataset = opened(source)
         if dataset.nbytes > LARGE:
             return dataset
         with dataset:
@@ -73,77 +65,19 @@ def _loaded(source: Path) -> xr.Dataset:
                 dataset[name].load()
             return dataset
     except Exception as error:  # what HDF5 says of damage has no type of its own
-        raise RecordingError(f"{source}: not a recording ({at}{error or type(error).__name__})") from error
+        said = printable(f"{source}: not a recording ({at}{error or type(error).__name__})")
+        raise RecordingError(said) from error
 
 
 def _format_faults(dataset: xr.Dataset) -> Iterator[str]:
     given = dataset.attrs.get("format_version")
     if given is None:
-        yield f"not a recording: no {next(name for name in _REQUIRED if name not in dataset.attrs)!r}"
+        yield f"not a recording: no {next(name for name in REQUIRED if name not in dataset.attrs)!r}"
     elif not isinstance(given, (int, np.integer)):
         yield "not a recording: 'format_version' cannot be read"
     elif given != FORMAT_VERSION:
         remedy = "; run its scenario again" if 0 < given < FORMAT_VERSION else ""
         yield f"recording format {given}; this version reads {FORMAT_VERSION}{remedy}"
-
-
-def _scale(value: Any) -> None:
-    if not (math.isfinite(value) and value > 0):
-        raise ValueError
-
-
-def _section(text: Any) -> Mapping[str, Any]:
-    tree = json.loads(text)
-    if not isinstance(tree, dict):
-        raise ValueError
-    return tree
-
-
-def _lists(text: Any) -> None:
-    if not all(isinstance(names, list) and all(isinstance(n, str) for n in names) for names in _section(text).values()):
-        raise ValueError
-
-
-def _law(text: Any) -> None:
-    from nhtrack.recording.scenario import LawText  # few recordings have one, and it imports all laws
-
-    law = LawText(**_section(text))
-    if not all(isinstance(part, str) for part in law[:-1]):
-        raise ValueError
-
-
-_REQUIRED: Mapping[str, Callable[[Any], Any]] = {
-    "scenario": _section,
-    "format_version": int,
-    "name": str,
-    "backend": str,
-    "outcome": str,
-    "parents": _lists,
-    "length_scale": _scale,
-    "time_scale": _scale,
-    "versions": _section,
-}
-_OPTIONAL: Mapping[str, Callable[[Any], Any]] = {
-    "scene": SceneSpec.from_json,
-    "law": _law,
-    "groups": _lists,
-    "seed": int,
-    "diverged_time": float,
-    **dict.fromkeys(("friction", "torque_limit", "no_load_speed", "wheel_radius", "half_separation"), float),
-}
-
-
-def _attribute_faults(attributes: Mapping[str, Any]) -> Iterator[str]:
-    """Yields attributes that are missing, or are not what they are read as."""
-    yield from (f"no {name!r}" for name in _REQUIRED if name not in attributes)
-    for name, read in {**_REQUIRED, **_OPTIONAL}.items():
-        try:
-            if name in attributes:
-                read(attributes[name])
-        except RecordingError as error:
-            yield str(error)
-        except (ValueError, TypeError, LookupError, AttributeError, OverflowError, RecursionError):
-            yield f"{name!r} cannot be read"
 
 
 def _variable_faults(dataset: xr.Dataset) -> Iterator[str]:
@@ -154,18 +88,13 @@ def _variable_faults(dataset: xr.Dataset) -> Iterator[str]:
     if faulty:
         return
     names = [str(name) for name in dataset["robot"].values]
-    try:
-        known = [str(name) for name in _section(dataset.attrs["parents"])]
-    except (ValueError, TypeError, LookupError):
-        return  # told above
-    if sorted(known) != sorted(names):
-        yield f"'parents' speaks of {', '.join(known)}, 'robot' of {', '.join(names)}"
     time, pose = np.asarray(dataset["time"].values), dataset["pose"]
     if time.dtype.kind != "f" or pose.dtype.kind != "f" or pose.shape[-1] != 3:
         yield "'time' and 'pose' are no numbers of one, and three, components"
         return
     if not np.isfinite(time).all() or (np.diff(time) <= 0).any():
         yield "'time' does not increase"
+    yield from _other_faults(dataset)
     lost = np.zeros(len(names), dtype=bool)
     for part in row_blocks(len(time), pose.nbytes):
         lost |= ~np.isfinite(pose[part].values).all(axis=(0, 2))
@@ -173,3 +102,27 @@ def _variable_faults(dataset: xr.Dataset) -> Iterator[str]:
         return
     for name in (name for name, gone in zip(names, lost, strict=True) if gone):
         yield f"'pose' of robot {name!r} is no number somewhere"
+
+
+def _robot_faults(attributes: Mapping[str, Any], names: list[str]) -> Iterator[str]:
+    """Yields what attributes say of other robots than there are, or of robots that track each other in no order."""
+    parents = section(attributes["parents"])
+    robots = list(read_scene(attributes["scene"]).robots) if "scene" in attributes else names
+    for said, known in (("parents", list(parents)), ("scene", robots)):
+        if sorted(known) != sorted(names):
+            yield f"{said!r} speaks of {', '.join(known[:_SHOWN])}, 'robot' of {', '.join(names[:_SHOWN])}"
+            return
+    yield from (f"'parents': {fault.robot}: {fault.message}" for fault in network_faults(parents))
+    if not all(name.isprintable() for name in names):
+        yield "'robot' has names that cannot be shown"
+
+
+def _other_faults(dataset: xr.Dataset) -> Iterator[str]:
+    """Yields variables that the format knows, but not as they are."""
+    for name, known in VARIABLES.items():
+        if name in dataset:
+            dims = ("time", "robot", *known.dims)
+            found = dataset[name]
+            whole = all(len(COMPONENTS[dim]) == found.sizes.get(dim) for dim in known.dims if dim in COMPONENTS)
+            if found.dims != dims or not whole or found.dtype.kind not in "fiu":
+                yield f"{name!r} is no array of numbers of the dimensions {', '.join(dims)}"

@@ -16,9 +16,10 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from nhtrack.errors import RecordingError
+from nhtrack.errors import RecordingError, printable
 from nhtrack.files.atomic import atomic_path
 from nhtrack.files.checksums import with_checksums
+from nhtrack.recording.attributes import read_scene
 from nhtrack.recording.reading import read_dataset, reopened
 from nhtrack.simulation.spec import SceneSpec
 from nhtrack.views import drawn_by
@@ -168,7 +169,7 @@ class Recording:
     @property
     def outcome(self) -> str:
         """`completed`, `interrupted`, or `diverged: <why>`."""
-        return str(self.dataset.attrs["outcome"])
+        return printable(str(self.dataset.attrs["outcome"]))
 
     @property
     def divergence(self) -> Divergence | None:
@@ -220,7 +221,7 @@ class Recording:
         Raises:
             RecordingError: the recording does not say.
         """
-        return SceneSpec.from_json(self._told("scene"))
+        return read_scene(self._told("scene"))
 
     @property
     def robot(self) -> RobotFigures:

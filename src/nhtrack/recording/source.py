@@ -18,12 +18,15 @@ from nhtrack.recording.rerun import load_recorded
 Source: TypeAlias = Scenario | Recording | str | Path
 
 
-def load_source(source: Source, overrides: Sequence[str] = ()) -> tuple[Scenario, tuple[str, ...]]:
+def load_source(
+    source: Source, overrides: Sequence[str] = (), *, trust: bool = False
+) -> tuple[Scenario, tuple[str, ...]]:
     """Returns the scenario that is meant, and what there is to say of it.
 
     Args:
         source: what is meant; a recording means the scenario it was made from.
         overrides: changes such as `law.kp=3`, applied before anything is judged.
+        trust: whether to run a law of one's own that a recording brings along; it is code, of whoever wrote it.
 
     Raises:
         ScenarioError: everything wrong with it.
@@ -33,27 +36,30 @@ def load_source(source: Source, overrides: Sequence[str] = ()) -> tuple[Scenario
         tree = source.model_dump(mode="json")
         return (LOADER.load_tree(tree, source=source.name, overrides=overrides) if overrides else source), ()
     if isinstance(source, Recording):
-        return load_recorded(source, source.name, overrides)
+        return load_recorded(source, source.name, overrides, trust=trust)
     if str(source).endswith(".nc"):
-        return load_recorded(Recording.load(source), source, overrides)
+        return load_recorded(Recording.load(source), source, overrides, trust=trust)
     if isinstance(source, str) and "\n" in source:
         return LOADER.load_text(source, overrides=overrides), ()
     return LOADER.load(source, overrides), ()
 
 
-def load(source: Source, overrides: Sequence[str] = (), **changes: Unpack[ScenarioChanges]) -> Scenario:
+def load(
+    source: Source, overrides: Sequence[str] = (), *, trust: bool = False, **changes: Unpack[ScenarioChanges]
+) -> Scenario:
     """Returns a scenario with everything in it judged; what there is to say of a recording's is warned of.
 
     Args:
         source: a bundled name, a scenario file, a YAML text of several lines, a recording, or a scenario.
         overrides: changes as on the command line, such as `law.kp=3`.
+        trust: whether to run a law of one's own that a recording brings along; it is code, of whoever wrote it.
         **changes: `law`, `robot`, `duration`, `backend` and `set`, see `nhtrack.config.changes.ScenarioChanges`.
 
     Raises:
         ScenarioError: everything wrong with it.
         RecordingError: it is a recording that cannot be read.
     """
-    scenario, notes = load_source(source, [*overrides_of(**changes), *overrides])
+    scenario, notes = load_source(source, [*overrides_of(**changes), *overrides], trust=trust)
     for note in notes:
         warnings.warn(note, stacklevel=2)
     return scenario

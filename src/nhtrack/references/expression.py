@@ -8,6 +8,7 @@ import math
 import operator
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -17,6 +18,7 @@ from nhtrack.errors import did_you_mean
 from nhtrack.references.contract import ReferenceInputError
 from nhtrack.references.series import ORDER, SERIES_FUNCTIONS, moment, series
 
+_KEPT, _LONGEST_KEPT = 32, 20_000  # samplings that are kept, and values of each at most
 LONGEST_EXPRESSION = 1000  # characters; keeps a hostile text from exhausting Python's parser
 DEEPEST_EXPRESSION = 200  # operations within operations; keeps it from exhausting Python's stack
 
@@ -171,13 +173,16 @@ class Expression:
             time.
         """
         times = np.asarray(t, dtype=np.float64)
+        if self.is_constant and times.size:
+            return np.full(times.shape, self._sample(times[:1])[0])
+        if times.size > _LONGEST_KEPT:
+            return self._sample(times)
+        return _kept_sample(self, times.tobytes()).copy()
+
+    def _sample(self, times: np.ndarray) -> np.ndarray:
         names: dict[str, Any] = dict(CONSTANTS)
         evaluator = SimpleEval(operators=_OPERATORS, functions=FUNCTIONS, names=names)
-        if self.is_constant and times.size:
-            return np.full(times.shape, self._value(evaluator, names, float(times[0])))
-        return np.array(
-            [self._value(evaluator, names, float(instant)) for instant in times], dtype=np.float64
-        )
+        return np.array([self._value(evaluator, names, float(instant)) for instant in times], dtype=np.float64)
 
     @property
     def is_constant(self) -> bool:
@@ -216,6 +221,12 @@ class Expression:
             return evaluator.eval(self.text, previously_parsed=self._tree.body)
         except (ArithmeticError, ValueError, TypeError, InvalidExpression) as error:
             raise ReferenceInputError(f"{self.text!r} has no value at t = {t:.6g}: {error}", t) from None
+
+
+@lru_cache(_KEPT)
+def _kept_sample(expression: Expression, times: bytes) -> np.ndarray:
+    """Returns values at times: a scenario is judged, built and told of with the same ones, and a study's are alike."""
+    return expression._sample(np.frombuffer(times))
 
 
 def number_of(text: str) -> float | None:

@@ -11,6 +11,7 @@ from pydantic import Field, ValidationError
 
 from nhtrack.errors import did_you_mean
 from nhtrack.files.checksums import CHECKSUMS, checked
+from nhtrack.files.netcdf import opened
 from nhtrack.files.text import exists
 from nhtrack.references.columns import FileFaults
 from nhtrack.references.contract import Commands, InputSection
@@ -60,10 +61,8 @@ def read_poses(path: Path, robot: str) -> tuple[np.ndarray, np.ndarray]:
     """
     if not exists(path) or not path.is_file():
         raise FileFaults([f"no file {str(path)!r}"])
-    import xarray as xr  # takes long to import
-
     try:
-        with xr.open_dataset(path, engine="h5netcdf") as data:
+        with opened(path) as data:
             if CHECKSUMS in data.attrs:
                 checked(data[["pose"]])
             names = [str(name) for name in data["robot"].values]

@@ -1,12 +1,14 @@
-"""What MuJoCo's friction rows make of a velocity, and the surface velocity that makes up for it at a tyre."""
+"""What MuJoCo's friction rows make of a velocity, what makes up for it at a tyre, and how tyres answer to forces."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 import mujoco
+import numpy as np
 
 from nhtrack.arrays import Array
+from nhtrack.simulation.scene import Scene
 
 
 @dataclass(frozen=True)
@@ -55,3 +57,33 @@ class FrictionRow:
         """Returns the surface velocity [m/s] with which a step under a force [N] ends at the velocity `after` [m/s]."""
         given_up = self.step * self.damping
         return ((1 - given_up) * before - after - self.step * self.regularisation * force) / given_up
+
+
+def tyre_compliance(scene: Scene) -> Array:
+    """Returns how the points where the tyres of one robot touch speed up under forces there [1/kg], shape (6, 6).
+
+    Rows and columns are x, y, z of the left tyre, then of the right one, in the robot's frame where it stands; its
+    casters keep to the floor. What regularised normal rows give way by is in z.
+    """
+    model, data, at = scene.model, mujoco.MjData(scene.model), scene.addresses
+    robots = len(at.tyres)
+    data.qpos = scene.qpos_of(np.zeros((robots, 3)), np.zeros((robots, 2)))
+    mujoco.mj_fwdPosition(model, data)
+    tyres = at.tyres[0].tolist()
+    points = [(geom, data.geom_xpos[geom] - (0, 0, model.geom_size[geom, 0])) for geom in tyres]
+    root = model.body_rootid[model.geom_bodyid[tyres[0]]]
+    for contact in data.contact:
+        floor, geom = contact.geom
+        if model.geom_bodyid[floor] == 0 and geom not in tyres and model.body_rootid[model.geom_bodyid[geom]] == root:
+            points.append((int(geom), contact.pos))
+    rows = np.zeros((3 * len(points), model.nv))
+    for place, (geom, point) in enumerate(points):
+        mujoco.mj_jac(model, data, rows[3 * place : 3 * place + 3], None, point, model.geom_bodyid[geom])
+    moved = np.zeros_like(rows)
+    mujoco.mj_solveM(model, data, moved, rows)
+    whole = rows @ moved.T
+    for place, (geom, _) in enumerate(points):
+        whole[3 * place + 2, 3 * place + 2] += FrictionRow.of(model, geom).regularisation
+    own, held = slice(0, 6), slice(8, None, 3)
+    by_casters = np.linalg.solve(whole[held, held], whole[held, own])
+    return np.ascontiguousarray(whole[own, own] - whole[own, held] @ by_casters)

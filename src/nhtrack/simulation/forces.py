@@ -7,6 +7,9 @@ from nhtrack.simulation.motion import Motion, Place, Wheels, fill
 from nhtrack.simulation.plant import length, wheel_utilisation
 from nhtrack.simulation.touch import note_touch
 
+# Share of the friction limit from which a wheel counts as sliding within a physics step.
+SLIDING = 1 - 1e-6
+
 
 @compiled_inside
 def read_forces(wheels: Wheels, place: Place, motion: Motion, b: int, first: int) -> None:
@@ -14,20 +17,17 @@ def read_forces(wheels: Wheels, place: Place, motion: Motion, b: int, first: int
 
     `first` is the unit's first robot.
     """
-    ncon, contact, efc_force, _, _, _, size, frame, geom, efc_address, _, _, _ = wheels.layout
+    layout = wheels.layout
     force, can_touch = motion.force[b], motion.touch.shape[1] > 0
     for i in range(wheels.tyres.shape[0]):
         for wheel in range(2):
             fill(force[first + i, wheel], 0.0)
-    at = int64_at(place.data + contact)
-    forces = int64_at(place.data + efc_force)
-    for _ in range(int32_at(place.data + ncon)):
-        row = int32_at(at + efc_address)
-        role, other = wheels.roles[int32_at(at + geom)], wheels.roles[int32_at(at + geom + 4)]
-        # The normal points from the first geom to the second, which the force pushes along it.
-        if row >= 0 and ((role == -2 and other >= 0) or (other == -2 and role >= 0)):
-            tyre, sign = (other, 1.0) if role == -2 else (role, -1.0)
-            axes, parts = at + frame, forces + 8 * row
+    at = int64_at(place.data + layout.contact)
+    forces = int64_at(place.data + layout.efc_force)
+    for _ in range(int32_at(place.data + layout.ncon)):
+        row, (tyre, sign) = int32_at(at + layout.efc_address), tyre_of(wheels, at)
+        if row >= 0 and tyre >= 0:
+            axes, parts = at + layout.frame, forces + 8 * row
             on_tyre = force[first + tyre // 2, tyre % 2]
             for axis in range(3):
                 pushed = float64_at(axes + 8 * axis) * float64_at(parts)
@@ -35,18 +35,33 @@ def read_forces(wheels: Wheels, place: Place, motion: Motion, b: int, first: int
                 pushed += float64_at(axes + 48 + 8 * axis) * float64_at(parts + 16)
                 on_tyre[axis] += sign * pushed
         elif row >= 0 and can_touch:
-            one, another = wheels.owners[int32_at(at + geom)], wheels.owners[int32_at(at + geom + 4)]
+            one = wheels.owners[int32_at(at + layout.geom)]
+            another = wheels.owners[int32_at(at + layout.geom + 4)]
             if one >= 0 and another >= 0 and one != another:
                 place_one, place_another = first + one + wheels.first_body, first + another + wheels.first_body
                 note_touch(wheels, place, motion, b, place_one, place_another, at, row)
-        at += size
+        at += layout.contact_size
+
+
+@compiled_inside
+def tyre_of(wheels: Wheels, contact: int) -> tuple[int, float]:
+    """Returns which tyre of a unit meets the floor in the contact at an address, -1 for none, and who pushes it.
+
+    The normal points from the first geom to the second, which the force pushes along it: 1 where that is the tyre.
+    """
+    geom = contact + wheels.layout.geom
+    role, other = wheels.roles[int32_at(geom)], wheels.roles[int32_at(geom + 4)]
+    if role == -2 and other >= 0:
+        return other, 1.0
+    return (role, -1.0) if other == -2 and role >= 0 else (-1, 0.0)
 
 
 @compiled_inside
 def note_forces(motion: Motion, b: int, robot: int) -> None:
-    """Adds the loads of a step to those of its period, and takes the largest friction utilisation."""
+    """Adds the loads of a step to those of its period; notes who slides, and the largest friction utilisation."""
     for wheel in range(2):
         force, noted = motion.force[b, robot, wheel], motion.rolled[b, robot, wheel]
         noted[3] += force[2]
-        limit = motion.friction[b, robot, wheel] * max(force[2], 0.0)
-        noted[4] = max(noted[4], wheel_utilisation(length(force[0], force[1]), limit))
+        limit, used = motion.friction[b, robot, wheel] * max(force[2], 0.0), length(force[0], force[1])
+        noted[4] = max(noted[4], wheel_utilisation(used, limit))
+        motion.sliding[b, robot, wheel] = used >= SLIDING * limit

@@ -18,7 +18,10 @@ _SCALARS: dict[str, Any] = {
 
 
 class Layout(NamedTuple):
-    """Distances in bytes: of members from the beginning of mjData or of an mjContact, and from contact to contact."""
+    """Distances in bytes: of members from the beginning of mjData or of an mjContact, and from contact to contact.
+
+    What `efc_spare` points to has room for a number of each constraint, which `mj_step2` writes before it reads them.
+    """
 
     ncon: int
     contact: int
@@ -32,17 +35,20 @@ class Layout(NamedTuple):
     efc_address: int
     distance: int
     efc_velocity: int
+    efc_reference: int
+    efc_spare: int
     time: int
 
 
 @cache
-def step_address() -> int:
-    """Returns the address of `mj_step`.
+def address_in_library(function: str) -> int:
+    """Returns the address of one of MuJoCo's functions.
 
     Raises:
-        OSError: the library of the mujoco package cannot be found or has no such function.
+        OSError: the library of the mujoco package cannot be found.
+        AttributeError: it has no such function.
     """
-    return int(ctypes.cast(library().mj_step, ctypes.c_void_p).value or 0)
+    return int(ctypes.cast(getattr(library(), function), ctypes.c_void_p).value or 0)
 
 
 @cache
@@ -76,6 +82,8 @@ def layout() -> Layout:
         efc_address=contact.efc_address.offset,
         distance=contact.dist.offset,
         efc_velocity=data.efc_vel.offset,
+        efc_reference=data.efc_aref.offset,
+        efc_spare=data.efc_b.offset,
         time=data.time.offset,
     )
     _verify(found)
@@ -124,6 +132,8 @@ def _verify(found: Layout) -> None:
         "contact.efc_address": (contacts + found.efc_address, data.contact.efc_address.ctypes.data),
         "contact.dist": (contacts + found.distance, data.contact.dist.ctypes.data),
         "efc_vel": (_read(ctypes.c_void_p, data._address + found.efc_velocity), data.efc_vel.ctypes.data),
+        "efc_aref": (_read(ctypes.c_void_p, data._address + found.efc_reference), data.efc_aref.ctypes.data),
+        "efc_b": (_read(ctypes.c_void_p, data._address + found.efc_spare), data.efc_b.ctypes.data),
         "time": (_read(ctypes.c_double, data._address + found.time), data.time),
         "mjContact": (found.contact_size, data.contact.frame.strides[0]),
         "warning": (

@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from nhtrack.compiled import compiled_inside
+from nhtrack.simulation.memory import Layout
 from nhtrack.simulation.plant import Floor, Plant
 
 
@@ -19,6 +20,8 @@ class Wheels(NamedTuple):
         substeps: physics steps in a period.
         planar: whether the base is held level.
         corrected: whether tyres get a surface velocity along the axle.
+        told_of_slip: whether tyres that slide are kept from being lifted, see `nhtrack.simulation.sliding`.
+        compliance: of the tyres of a robot, see `nhtrack.simulation.contact.tyre_compliance`, shape (6, 6).
         before_share: of the lateral velocity before a step, in that surface velocity [1].
         after_share: of the one wanted after it [1].
         force_share: of the side force [m/s/N].
@@ -41,7 +44,7 @@ class Wheels(NamedTuple):
         roles: of a unit's geoms: 2 i + wheel for tyres, -2 for the floor, -1 for all others.
         owners: which of a unit's robots each of its geoms belongs to, -1 for none.
         first_body: 1 where the root is virtual, else 0.
-        layout: `nhtrack.simulation.memory.Layout` as integers.
+        layout: where MuJoCo keeps what is read and changed.
     """
 
     dt: float
@@ -49,6 +52,8 @@ class Wheels(NamedTuple):
     substeps: int
     planar: bool
     corrected: bool
+    told_of_slip: bool
+    compliance: np.ndarray
     before_share: float
     after_share: float
     force_share: float
@@ -71,18 +76,29 @@ class Wheels(NamedTuple):
     roles: np.ndarray
     owners: np.ndarray
     first_body: int
-    layout: tuple[int, ...]
+    layout: Layout
 
 
 class Place(NamedTuple):
-    """Addresses of what one thread steps: MuJoCo's function, its model and data, and their arrays."""
+    """Addresses of what one thread steps: MuJoCo's functions, its model and data, and their arrays.
+
+    `step` is `step_1`, up to what constraints ask for, and `step_2`, which begins with `actuate` and `accelerate`: what
+    robots do without contacts. `to_rows` takes accelerations of joints to those of constraints.
+    """
 
     step: int
+    step_1: int
+    step_2: int
+    actuate: int
+    accelerate: int
+    to_rows: int
     model: int
     data: int
     qpos: int
     qvel: int
     warmstart: int
+    unheld: int
+    scratch: int
     ctrl: int
     surface: int
     friction: int
@@ -101,10 +117,13 @@ class Motion(NamedTuple):
         qpos: MuJoCo's coordinates, shape (b, p, coordinates of a robot).
         qvel: its velocities, half a step earlier.
         warmstart: its accelerations of the last step.
+        unheld: those that it would have had without contacts.
         velocity: (v_x, v_y, omega) half a step before the positions' time, shape (b, p, 3).
         velocity_before: the same a step earlier.
         friction: coefficients under the tyres, shape (b, p, 2).
         force: of the floor on the tyres in the last step, world frame [N], shape (b, p, 2, 3).
+        contact: addresses of the tyres' contacts with the floor in this step, 0 for none, shape (b, p, 2).
+        sliding: whether a tyre used up its friction in the last step, or bore nothing, shape (b, p, 2).
         rolled: sums and extremes of a period, shape (b, p, 2, 5): torque given, largest torque asked for, steps in
             which the motor gave another one, load, largest friction utilisation.
         telemetry: see `nhtrack.simulation.columns`, shape (b, n, WIDTH).
@@ -124,10 +143,13 @@ class Motion(NamedTuple):
     qpos: np.ndarray
     qvel: np.ndarray
     warmstart: np.ndarray
+    unheld: np.ndarray
     velocity: np.ndarray
     velocity_before: np.ndarray
     friction: np.ndarray
     force: np.ndarray
+    contact: np.ndarray
+    sliding: np.ndarray
     rolled: np.ndarray
     telemetry: np.ndarray
     touch: np.ndarray

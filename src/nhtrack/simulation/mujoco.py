@@ -117,10 +117,13 @@ class MujocoSimulation:
             qpos=np.zeros((*bodies, size_q)),
             qvel=np.zeros((*bodies, size_v)),
             warmstart=np.zeros((*bodies, size_v)),
+            unheld=np.zeros((*bodies, size_v)),
             velocity=np.zeros((*bodies, 3)),
             velocity_before=np.zeros((*bodies, 3)),
             friction=np.zeros(wheels),
             force=np.zeros((*wheels, 3)),
+            contact=np.zeros(wheels, dtype=np.int64),
+            sliding=np.zeros(wheels, dtype=np.bool_),
             rolled=np.zeros((*wheels, 5)),
             telemetry=np.zeros((*robots, columns.WIDTH)),
             touch=np.zeros((count, n if can_touch else 0, SLOTS, NOTED)),
@@ -242,14 +245,21 @@ def _stepped(model: mujoco.MjModel, spec: SceneSpec) -> mujoco.MjModel:
 
 
 def _place(model: mujoco.MjModel, data: mujoco.MjData) -> Place:
-    address = memory.address_of
+    address, function = memory.address_of, memory.address_in_library
     return Place(
-        step=memory.step_address(),
+        step=function("mj_step"),
+        step_1=function("mj_step1"),
+        step_2=function("mj_step2"),
+        actuate=function("mj_fwdActuation"),
+        accelerate=function("mj_fwdAcceleration"),
+        to_rows=function("mj_mulJacVec"),
         model=model._address,
         data=data._address,
         qpos=address(data.qpos),
         qvel=address(data.qvel),
         warmstart=address(data.qacc_warmstart),
+        unheld=address(data.qacc_smooth),
+        scratch=address(data.qacc),
         ctrl=address(data.ctrl),
         surface=address(model.geom_surfacevel),
         friction=address(model.geom_friction),

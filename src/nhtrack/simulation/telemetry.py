@@ -10,6 +10,7 @@ from nhtrack.compiled import compiled_inside
 from nhtrack.simulation.attitude import clearances_of, tilt_of
 from nhtrack.simulation.motion import Motion, Wheels, fill
 from nhtrack.simulation.plant import demand_of, predicted_utilisation
+from nhtrack.simulation.sliding import rolling_slip
 
 
 @compiled_inside
@@ -19,20 +20,18 @@ def write_telemetry(wheels: Wheels, motion: Motion, b: int, unknown: bool) -> No
         fill(motion.telemetry[b, 0], math.nan)
     for robot in range(motion.qpos.shape[1]):
         row, rolled = motion.telemetry[b, robot + wheels.first_body], motion.rolled[b, robot]
-        now, steps, plant = motion.velocity[b, robot], float(wheels.substeps), wheels.plant
+        steps = float(wheels.substeps)
         for wheel in range(2):
             row[wheel] = rolled[wheel, 0] / steps
             row[2 + wheel] = rolled[wheel, 1]
             row[4 + wheel] = rolled[wheel, 2] / steps
             row[8 + wheel] = rolled[wheel, 3] / steps
             row[13 + wheel] = rolled[wheel, 4]
-            speed = motion.qvel[b, robot, wheels.wheel_dofs[wheel]]
-            across = plant.half_separation * now[2] * (2 * wheel - 1)
-            row[6 + wheel] = speed
-            row[10 + wheel] = plant.radius * ((now[0] + across) / plant.radius - speed * wheels.radius_factors[wheel])
+            row[6 + wheel] = motion.qvel[b, robot, wheels.wheel_dofs[wheel]]
+            row[10 + wheel] = rolling_slip(wheels, motion, b, robot, wheel)
             if unknown:
                 row[wheel] = row[2 + wheel] = row[8 + wheel] = math.nan
-        row[12] = now[1]
+        row[12] = motion.velocity[b, robot, 1]
         _predict(wheels, motion, b, robot + wheels.first_body, row)
         row[17] = tilt_of(wheels.planar, motion.qpos[b, robot])
         row[18], row[19] = clearances_of(wheels, motion.qpos[b, robot])

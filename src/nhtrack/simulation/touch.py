@@ -50,14 +50,14 @@ def note_touch(
         fill(noted, 0.0)
         noted[_PARTNER] = one + other - robot
         noted[_LAST] = math.nan
-    _, _, efc_force, _, _, _, _, _, _, _, distance, efc_velocity, time = wheels.layout
-    now = float64_at(place.data + time)
+    layout = wheels.layout
+    now = float64_at(place.data + layout.time)
     if noted[_LAST] != now:  # the first contact of the pair in this step
         noted[_TIME] += wheels.h
         noted[_LAST] = now
-    noted[_IMPULSE] += wheels.h * float64_at(int64_at(place.data + efc_force) + 8 * row)
-    noted[_CLOSING] = max(noted[_CLOSING], -float64_at(int64_at(place.data + efc_velocity) + 8 * row))
-    noted[_OVERLAP] = max(noted[_OVERLAP], -float64_at(contact + distance))
+    noted[_IMPULSE] += wheels.h * float64_at(int64_at(place.data + layout.efc_force) + 8 * row)
+    noted[_CLOSING] = max(noted[_CLOSING], -float64_at(int64_at(place.data + layout.efc_velocity) + 8 * row))
+    noted[_OVERLAP] = max(noted[_OVERLAP], -float64_at(contact + layout.distance))
 
 
 @compiled_inside

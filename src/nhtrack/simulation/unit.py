@@ -11,15 +11,14 @@ import math
 
 import numpy as np
 
-from nhtrack.compiled import call_2, compiled_inside, float64_at, int32_at, put_float64, put_int32
+from nhtrack.compiled import compiled_inside, float64_at, int32_at, put_float64, put_int32
 from nhtrack.simulation.attitude import heading_of
 from nhtrack.simulation.faults import FINE, WARNED
 from nhtrack.simulation.forces import note_forces, read_forces
 from nhtrack.simulation.motion import Motion, Place, Wheels, blame, copy, fill
-from nhtrack.simulation.plant import friction_at, gravity_at, length, loss_at, saturated
+from nhtrack.simulation.plant import friction_at, gravity_at, loss_at, saturated
+from nhtrack.simulation.sliding import step_physics
 
-# Share of the friction limit from which a wheel counts as sliding within a physics step.
-SLIDING = 1 - 1e-6
 _WARNINGS = 7  # kinds of warnings that MuJoCo counts
 
 
@@ -29,7 +28,7 @@ def roll(wheels: Wheels, place: Place, motion: Motion, b: int, unit: int) -> Non
     load_unit(wheels, place, motion, b, unit)
     for k in range(wheels.substeps):
         drive_unit(wheels, place, motion, b, unit, k == 0)
-        call_2(place.step, place.model, place.data)
+        step_physics(wheels, place, motion, b, unit * wheels.tyres.shape[0])
         read_unit(wheels, place, motion, b, unit)
     store_unit(wheels, place, motion, b, unit)
 
@@ -43,6 +42,7 @@ def load_unit(wheels: Wheels, place: Place, motion: Motion, b: int, unit: int) -
         _put_row(place.qpos + i * size_q, motion.qpos[b, robot])
         _put_row(place.qvel + i * size_v, motion.qvel[b, robot])
         _put_row(place.warmstart + i * size_v, motion.warmstart[b, robot])
+        _put_row(place.unheld + i * size_v, motion.unheld[b, robot])
         for wheel in range(2):
             fill(motion.rolled[b, robot, wheel], 0.0)
 
@@ -73,6 +73,7 @@ def store_unit(wheels: Wheels, place: Place, motion: Motion, b: int, unit: int) 
     size_v, count = 8 * motion.qvel.shape[2], wheels.tyres.shape[0]
     for i in range(count):
         _take_row(place.warmstart + i * size_v, motion.warmstart[b, unit * count + i])
+        _take_row(place.unheld + i * size_v, motion.unheld[b, unit * count + i])
     _take_warnings(wheels, place, motion, b)
 
 
@@ -143,9 +144,7 @@ def _torque(
     row = wheels.torque_map
     asked = terms[0] * row[0, wheel] + terms[1] * row[1, wheel] + terms[2] * row[2, wheel]
     asked += terms[3] * row[3, wheel] + terms[4] * row[4, wheel] + terms[5] * row[5, wheel]
-    force = motion.force[b, robot, wheel]
-    slides = length(force[0], force[1]) >= SLIDING * motion.friction[b, robot, wheel] * force[2]
-    plant = wheels.plant
+    plant, slides = wheels.plant, motion.sliding[b, robot, wheel]
     speed = motion.qvel[b, robot, wheels.wheel_dofs[wheel]]
     if plant.lossy:
         asked += _loss_over(wheels, wheel, speed, rate)
@@ -203,7 +202,8 @@ def _read_velocity(wheels: Wheels, motion: Motion, b: int, robot: int) -> None:
 @compiled_inside
 def _take_warnings(wheels: Wheels, place: Place, motion: Motion, b: int) -> None:
     """Notes the first kind of warning that MuJoCo counted, and sets the counts to zero."""
-    at, size, number = place.data + wheels.layout[3], wheels.layout[4], wheels.layout[5]
+    layout = wheels.layout
+    at, size, number = place.data + layout.warning, layout.warning_size, layout.warning_number
     for kind in range(_WARNINGS):
         if int32_at(at + kind * size + number) > 0:
             put_int32(at + kind * size + number, 0)

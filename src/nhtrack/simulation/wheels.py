@@ -9,7 +9,7 @@ import numpy as np
 
 from nhtrack.ground import Ground
 from nhtrack.simulation import memory
-from nhtrack.simulation.contact import FrictionRow
+from nhtrack.simulation.contact import FrictionRow, tyre_compliance
 from nhtrack.simulation.motion import Wheels
 from nhtrack.simulation.plant import floor_of, plant_of
 from nhtrack.simulation.scene import Scene
@@ -30,6 +30,8 @@ def make_wheels(scene: Scene, spec: SceneSpec, dt: float) -> Wheels:
         substeps=round(dt / step),
         planar=plant.levelled,
         corrected=spec.rate_correction,
+        told_of_slip=spec.contact == "stiff",
+        compliance=tyre_compliance(scene),
         before_share=(1 - given_up) / given_up,
         after_share=-1 / given_up,
         force_share=-row.step * row.regularisation / given_up,
@@ -52,7 +54,7 @@ def make_wheels(scene: Scene, spec: SceneSpec, dt: float) -> Wheels:
         roles=_roles(scene),
         owners=_owners(scene),
         first_body=spec.first_body,
-        layout=tuple(memory.layout()),
+        layout=memory.layout(),
     )
 
 

@@ -25,7 +25,7 @@ from nhtrack.errors import (
     SimulationDiverged,
     WriteError,
 )
-from nhtrack.terminal.stopping import comes_of_interruption
+from nhtrack.stopping import comes_of_interruption, heard
 
 _FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)  # what a disk says that takes no more
 EXIT_ERROR, EXIT_SCENARIO, EXIT_DIVERGED, EXIT_INTERRUPTED = 1, 2, 3, 130
@@ -45,6 +45,7 @@ class Commands(TyperGroup):
         try:
             return super().make_context(*arguments, **more)
         except KeyboardInterrupt:
+            heard()
             fail("interrupted", EXIT_INTERRUPTED)
 
     def invoke(self, ctx: Any) -> Any:
@@ -58,6 +59,7 @@ class Commands(TyperGroup):
         except (Exception, KeyboardInterrupt) as stopped:
             notes = getattr(stopped, "__notes__", ())
             if comes_of_interruption(stopped):
+                heard()
                 stopped = KeyboardInterrupt()
             elif isinstance(stopped, OSError) and stopped.filename is None and stopped.errno in _FULL:
                 stopped = WriteError(f"cannot write the output: {os.strerror(stopped.errno)}")

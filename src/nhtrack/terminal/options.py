@@ -23,12 +23,16 @@ Changes = Annotated[
     list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Override any key: law.kp=3. Repeatable.")
 ]
 
+Trust = Annotated[
+    bool, typer.Option("--trust", help="Run the law that a recording brings along: code of whoever wrote it.")
+]
 
-def load_scenario(source: str, overrides: list[str]) -> Scenario:
+
+def load_scenario(source: str, overrides: list[str], *, trust: bool = False) -> Scenario:
     """Returns the scenario of a file, of a bundled name, or the one a recording was made from."""
     from nhtrack.recording.source import load_source
 
-    loaded, notes = load_source(source, overrides)
+    loaded, notes = load_source(source, overrides, trust=trust)
     for note in notes:
         typer.echo(f"note: {note}", err=True)
     return loaded

@@ -11,6 +11,7 @@ from nhtrack import se2
 from nhtrack.analysis.events import slip_speed
 from nhtrack.analysis.spells import spells
 from nhtrack.analysis.touches import touch_place, touches
+from nhtrack.errors import RenderError
 from nhtrack.recording import Recording
 from nhtrack.simulation.scene import Scene
 
@@ -271,7 +272,10 @@ def _configuration(recording: Recording, scene: Scene, at: np.ndarray) -> np.nda
     """Returns MuJoCo coordinates at the times `at`; recordings without them are stood level on the floor."""
     time = recording.time
     if "qpos" in recording.dataset:
-        return _unit_quaternions(scene.model, _interpolate(time, recording["qpos"].values, at))
+        qpos = recording["qpos"].values
+        if qpos.shape[1:] != (scene.model.nq,):
+            raise RenderError(f"'qpos' has rows of {qpos.shape[1:]} numbers, the recording's scene of {scene.model.nq}")
+        return _unit_quaternions(scene.model, _interpolate(time, qpos, at))
     bodies = slice(scene.spec.first_body, None)
     pose = recording["pose"].values[:, bodies]
     angle = np.zeros((*pose.shape[:-1], 2))

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Iterator, Mapping
+from html import unescape
 from pathlib import Path
 
 from nhtrack.errors import RobotError
@@ -14,11 +16,22 @@ __all__ = ["bounded_text"]
 _MOST_BYTES = 20 * 10**6  # of a file, without its meshes
 _MOST_FILES = 100  # that it includes
 _MOST_REPEATED = 10_000  # elements that a file asks for by their number
-_MOST_PIXELS = 2e7  # of a picture or a height field that a file asks for by its size
-_REPEATED = re.compile(r'<(?:replicate|composite|flexcomp)\b[^>]*?\bcount\s*=\s*["\']([^"\']*)')
-_SIZES = re.compile(r"<(?:texture|hfield)\b[^>]*>")
-_SIZE = re.compile(r'\b(?:width|height|nrow|ncol)\s*=\s*["\']\s*([0-9.eE+]+)')
-_INCLUDED = re.compile(r'<include\b[^>]*?\bfile\s*=\s*["\']([^"\']*)')
+_MOST_POINTS = 2e7  # of a picture, a height field, an array that a file asks for by its size
+_MOST_CUTS = 300  # into which a file asks for a mesh to be cut along each of its sides
+_MOST_MEMORY = 2**30  # bytes that it sets aside
+_REPEATED = ("replicate", "composite", "flexcomp")
+_SIZES = {
+    "texture": ("width", "height"), "hfield": ("nrow", "ncol"), "numeric": ("size",), "user": ("dim",),
+}  # fmt: skip
+_ASKING = frozenset((*_REPEATED, *_SIZES, "include", "size", "mesh"))
+_UNITS = {unit: 1024**power for power, unit in enumerate("KMGTPE", start=1)}
+# Comments and the like are passed over; a tag's attributes may hold `>`. Nothing is looked at twice.
+_TAG = re.compile(
+    r"<!--(?:.*?-->|.*)|<!\[CDATA\[(?:.*?\]\]>|.*)|<\?(?:.*?\?>|.*)"
+    r"|<([A-Za-z_][\w:.-]*+)((?:[^<>\"']++|\"[^\"]*\"|'[^']*')*+)",
+    re.DOTALL,
+)
+_ATTRIBUTE = re.compile(r"(?<![\w:.-])([\w:.-]++)\s*+=\s*+(?:\"([^\"]*)\"|'([^']*)')")
 
 
 def bounded_text(file: Path) -> str:
@@ -30,21 +43,42 @@ def bounded_text(file: Path) -> str:
     text = _text(file, file)
     folder, waiting, seen, repeated = file.absolute().parent, [text], {file.absolute()}, 1.0
     while waiting:
-        said = waiting.pop()
-        repeated *= math.prod(_number(word) for counts in _REPEATED.findall(said) for word in counts.split())
-        if repeated > _MOST_REPEATED:
-            raise RobotError(f"{file}: asks for {repeated:.3g} repeated elements, more than {_MOST_REPEATED}")
-        for element in _SIZES.findall(said):
-            if (size := math.prod(map(_number, _SIZE.findall(element)))) > _MOST_PIXELS:
-                raise RobotError(f"{file}: asks for {size:.3g} points in one element, more than {_MOST_PIXELS:g}")
-        for name in _INCLUDED.findall(said):
-            included = folder / name
-            if included not in seen:
+        for tag, given in _tags(waiting.pop()):
+            if tag in _REPEATED:
+                repeated *= math.prod(map(_number, given.get("count", "").split()))
+            if repeated > _MOST_REPEATED:
+                raise RobotError(f"{file}: asks for {repeated:.3g} repeated elements, more than {_MOST_REPEATED}")
+            for said in _too_much(tag, given):
+                raise RobotError(f"{file}: asks for {said}")
+            if tag == "include" and (included := folder / given.get("file", "")) not in seen:
                 seen.add(included)
                 waiting.append(_text(included, file))
-        if len(seen) > _MOST_FILES:
-            raise RobotError(f"{file}: includes more than {_MOST_FILES} files")
+            if len(seen) > _MOST_FILES:
+                raise RobotError(f"{file}: includes more than {_MOST_FILES} files")
     return text
+
+
+def _tags(text: str) -> Iterator[tuple[str, Mapping[str, str]]]:
+    """Yields the elements of an XML text that may ask for much by their names, with their attributes."""
+    for found in _TAG.finditer(text):
+        if found[1] in _ASKING or (found[2] and "nsample" in found[2]):
+            yield found[1], {name: unescape(one or other) for name, one, other in _ATTRIBUTE.findall(found[2])}
+
+
+def _too_much(tag: str, given: Mapping[str, str]) -> Iterator[str]:
+    """Yields what an element asks for beyond the bounds."""
+    asked = [_number(given[name]) for name in _SIZES.get(tag, ()) if name in given]
+    asked = [math.prod(asked), _number(given.get("nsample", "0"))]
+    if tag == "size":
+        asked = [_number(value) for name, value in given.items() if name != "memory"]
+        if (memory := _bytes(given.get("memory", "0"))) > _MOST_MEMORY:
+            yield f"{memory:.3g} bytes, more than {_MOST_MEMORY:.3g}"
+    if (most := max(asked, default=0)) > _MOST_POINTS:
+        yield f"{most:.3g} points in one element, more than {_MOST_POINTS:g}"
+    if tag == "mesh" and "builtin" in given:
+        cuts = max(map(_number, given.get("params", "").split()), default=0)
+        if cuts > _MOST_CUTS:
+            yield f"a mesh of {cuts:.3g} cuts, more than {_MOST_CUTS}"
 
 
 def _text(path: Path, file: Path) -> str:
@@ -61,3 +95,8 @@ def _number(word: str) -> float:
         return float(word)
     except ValueError:
         return 1.0  # told by MuJoCo
+
+
+def _bytes(word: str) -> float:
+    unit = word.strip()[-1:].upper()
+    return _number(word.strip()[:-1]) * _UNITS[unit] if unit in _UNITS else _number(word)

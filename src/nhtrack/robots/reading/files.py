@@ -74,7 +74,7 @@ def load_source(path: Path, hints: Hints) -> Source:
 def _spec(file: Path) -> tuple[Any, dict[tuple[str, str], int], tuple[str, ...]]:
     """Returns the elements of a file, lines of those that MuJoCo gives none for, and what was left out."""
     text = bounded_text(file)
-    said = re.sub(r"<!--.*?-->", "", text, flags=re.DOTALL)
+    said = re.sub(r"<!--(?:.*?-->|.*)", "", text, flags=re.DOTALL)
     if file.suffix.lower() == ".xacro" or re.search(r"<xacro:(?!arg|property)", said):
         raise _xacro(file)
     root = re.search(r"<(\w[\w:.-]*)", said)

@@ -15,6 +15,8 @@ from nhtrack.simulation.ideal import IdealSimulation
 from nhtrack.simulation.mujoco import MujocoSimulation
 from nhtrack.simulation.scene import stepped_scene
 
+FOLLOWER = 1  # its place behind the leader
+
 
 @np.errstate(over="ignore", invalid="ignore")  # what is lost is told by the table
 def run_outcomes(campaign: Campaign, experiment: Experiment) -> dict[str, Array]:
@@ -61,17 +63,18 @@ def outcomes_of(
         lost: which runs were.
     """
     held, periods = statistics.figures, len(experiment.inputs)
-    settled = (held.settled <= statistics.late) & ~lost
-    effort = experiment.similarity.inputs_to_scenario(np.sqrt(held.effort / periods))
+    rows, position, heading = held.settled[:, FOLLOWER], *held.late[:, FOLLOWER].T
+    settled = (rows <= statistics.late) & ~lost
+    effort = experiment.similarity.inputs_to_scenario(np.sqrt(held.effort[:, FOLLOWER] / periods))
     return {
         "converged": settled,
         "lost": lost,
-        "late_position": np.where(lost, np.nan, held.position / experiment.similarity.length),
-        "late_heading": np.where(lost, np.nan, held.heading),
-        "settling_time": np.where(settled, held.settled * (campaign.duration / periods), np.nan),
-        "peak_utilisation": held.utilisation,
-        "saturated": held.saturated / periods,
+        "late_position": np.where(lost, np.nan, position / experiment.similarity.length),
+        "late_heading": np.where(lost, np.nan, heading),
+        "settling_time": np.where(settled, rows * (campaign.duration / periods), np.nan),
+        "peak_utilisation": held.utilisation[:, FOLLOWER],
+        "saturated": held.saturated[:, FOLLOWER] / periods,
         "effort_x": effort[:, 0],
         "effort_theta": effort[:, 1],
-        "switches": held.switches,
+        "switches": held.switches[:, FOLLOWER],
     }

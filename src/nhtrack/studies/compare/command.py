@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -9,12 +10,11 @@ import typer
 
 from nhtrack.execution import cores
 from nhtrack.terminal.app import EXIT_DIVERGED, EXIT_INTERRUPTED, app, fail
-from nhtrack.terminal.options import Backend, Changes, Pdf, load_scenario
+from nhtrack.terminal.options import Backend, Changes, Pdf, Trust, load_scenario
 from nhtrack.terminal.progress import shown_progress
 from nhtrack.terminal.screen import screen
 
 if TYPE_CHECKING:
-    from nhtrack.config.scenario import Scenario
     from nhtrack.studies.compare.result import Search
 
 
@@ -38,6 +38,7 @@ def compare_command(
     ] = None,
     backend: Annotated[Backend | None, typer.Option(help="Override the scenario's backend.")] = None,
     changes: Changes = None,
+    trust: Trust = False,
     out: Annotated[
         Path | None, typer.Option(help="Results folder; by default a fresh runs/compare-<name>-<n>/.")
     ] = None,
@@ -55,8 +56,8 @@ def compare_command(
     from nhtrack.config.changes import overrides_of
     from nhtrack.studies.compare.laws_file import load_laws
 
-    overrides = overrides_of(set=changes or (), backend=backend)
-    loaded, wanted = load_laws(lambda: load_scenario(scenario, overrides), laws, _read)
+    overrides, read = overrides_of(set=changes or (), backend=backend), partial(load_scenario, trust=trust)
+    loaded, wanted = load_laws(partial(read, scenario, overrides), laws, lambda law: read(law, []))
     from nhtrack.studies.compare.run import compare_laws
     from nhtrack.studies.compare.tables import print_comparison
 
@@ -68,10 +69,6 @@ def compare_command(
         fail("interrupted; what was recorded until then is kept", EXIT_INTERRUPTED)
     if not found.completed:
         fail("diverged: every law did; what was recorded until then is kept", EXIT_DIVERGED)
-
-
-def _read(source: str) -> Scenario:
-    return load_scenario(source, [])
 
 
 def _search(budget: int | None, objective: str | None) -> Search | None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Unpack
 
@@ -15,6 +16,7 @@ from nhtrack.errors import FeasibilityError, noting
 from nhtrack.experiment.build import make_limits
 from nhtrack.files.folder import COMPARISON, claimed_folder, clear, save_json
 from nhtrack.recording.source import Source, load
+from nhtrack.stopping import heard
 from nhtrack.studies.compare.laws_file import law_texts, load_laws
 from nhtrack.studies.compare.result import Comparison, Search, room_of, search_of
 from nhtrack.studies.feasibility.run import fitting_time
@@ -42,6 +44,7 @@ def compare(
     report: bool = True,
     processes: int = 1,
     progress: bool | Observer | None = None,
+    trust: bool = False,
     **changes: Unpack[ScenarioChanges],
 ) -> Comparison:
     """Returns how laws did in one scenario, its own among them; files only where `out` is given.
@@ -60,6 +63,7 @@ def compare(
         report: whether to write the report.
         processes: how many draw the film.
         progress: as in `nhtrack.run`.
+        trust: whether to run a law of one's own that a recording brings along.
         **changes: `law`, `robot`, `duration`, `backend` and `set`, see `nhtrack.config.changes.ScenarioChanges`.
 
     Raises:
@@ -69,7 +73,8 @@ def compare(
         FeasibilityError: ground or motors leave a law with limits none, or `time: auto` and no time scale fits any law.
     """
     search = search_of(tune, objective)
-    loaded, wanted = load_laws(lambda: load(scenario, **changes), law_texts(laws), load)
+    read = partial(load, trust=trust)
+    loaded, wanted = load_laws(lambda: read(scenario, **changes), law_texts(laws), read)
     with shown_progress(progress) as stage:
         if out is None:
             return _run_all(_planned(_entrants(loaded, wanted), loaded, None, search, stage), stage)
@@ -218,6 +223,7 @@ def _run_all(planned: Comparison, stage: Stage | None) -> Comparison:
         except KeyboardInterrupt:  # before the run proper began
             if not found.outcomes:
                 raise
+            heard()
             break
         with noting(f"what is kept of the laws before: {', '.join(found.outcomes) or 'nothing'}"):
             found = _written(replace(found, outcomes={**found.outcomes, label: outcome}), label)

@@ -21,20 +21,25 @@ from nhtrack.terminal.progress import Observer, shown_progress
 
 
 def feasibility(
-    scenario: Source, *, progress: bool | Observer | None = None, **changes: Unpack[ScenarioChanges]
+    scenario: Source,
+    *,
+    progress: bool | Observer | None = None,
+    trust: bool = False,
+    **changes: Unpack[ScenarioChanges],
 ) -> Feasibility:
     """Returns what a scenario asks of its robots, from ideal runs alone.
 
     Args:
         scenario: as in `nhtrack.run`; `time: auto` is resolved first.
         progress: as in `nhtrack.run`.
+        trust: whether to run a law of one's own that a recording brings along.
         **changes: `law`, `robot`, `duration`, `backend` and `set`, see `nhtrack.config.changes.ScenarioChanges`.
 
     Raises:
         ScenarioError: everything wrong with the scenario and its changes.
         FeasibilityError: `time: auto` and no time scale fits, or the law does not hold the robots at this one.
     """
-    loaded = load(scenario, **changes)
+    loaded = load(scenario, trust=trust, **changes)
     with shown_progress(progress) as stage:
         compile_once(stage)
         return _asked_of_robots(loaded, stage("ideal runs"))

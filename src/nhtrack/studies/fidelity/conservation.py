@@ -39,8 +39,8 @@ def energy(bench: Bench) -> Iterator[Finding]:
     launch = np.broadcast_to([min(4.0, hardest), 0.0], (200, 1, 2))
     friction = 0.3 * launch[0, 0, 0] / 9.81
     outside = _imbalance(bench.simulation(friction=friction), launch)
-    cause = "MuJoCo's convex friction makes a sliding wheel hop, and landings take energy"
-    yield bench.find("energy balance, wheels spinning", outside, "1", 1e-3, cause, explained=True)
+    cause = "the first step of a slide, in which wheels are lifted a little before they are known to slide"
+    yield bench.find("energy balance, wheels spinning", outside, "1", 2e-4, cause)
 
 
 def coasting(bench: Bench) -> Iterator[Finding]:

@@ -13,7 +13,17 @@ from nhtrack.errors import SimulationDiverged
 from nhtrack.execution import Processes
 from nhtrack.experiment.loop import Progress
 from nhtrack.files.folder import save_json
-from nhtrack.studies.fidelity import casters, closed_loop, conservation, friction, losses, model, open_loop, slip
+from nhtrack.studies.fidelity import (
+    casters,
+    closed_loop,
+    collision,
+    conservation,
+    friction,
+    losses,
+    model,
+    open_loop,
+    slip,
+)
 from nhtrack.studies.fidelity.bench import Bench, Finding
 from nhtrack.studies.run.run import versions
 
@@ -39,6 +49,7 @@ CHECKS: dict[str, Check] = {
         conservation.rest,
         conservation.symmetry,
         conservation.determinism,
+        collision.collisions,
         closed_loop.closed_loop,
     )
 }
@@ -50,6 +61,7 @@ GROUPS = {
     friction: "Limits of friction",
     losses: "Losses at the wheel joints",
     conservation: "Conservation, symmetry, repeatability",
+    collision: "Robots that touch",
     closed_loop: "Closed loop: the paper's examples against their ideal twins",
 }
 QUICK = ("reduced_model", "accelerations", "load_shares", "turning_slip", "creep", "friction_limits")

@@ -9,7 +9,7 @@ import typer
 
 from nhtrack.execution import cores
 from nhtrack.terminal.app import EXIT_DIVERGED, EXIT_INTERRUPTED, app, fail
-from nhtrack.terminal.options import Backend, Changes, Pdf, load_scenario
+from nhtrack.terminal.options import Backend, Changes, Pdf, Trust, load_scenario
 from nhtrack.terminal.progress import shown_progress
 from nhtrack.terminal.screen import print_warning, screen
 
@@ -23,6 +23,7 @@ def run_command(
     backend: Annotated[Backend | None, typer.Option(help="Override the scenario's backend.")] = None,
     seed: Annotated[int | None, typer.Option(help="Override the scenario's seed.")] = None,
     changes: Changes = None,
+    trust: Trust = False,
     no_video: Annotated[bool, typer.Option("--no-video", help="Make no film.")] = False,
     no_figures: Annotated[bool, typer.Option("--no-figures", help="Draw no figures.")] = False,
     pdf: Pdf = False,
@@ -32,7 +33,7 @@ def run_command(
     """Run a scenario: summary, recording, figures, film and report in a fresh folder."""
     from nhtrack.config.changes import overrides_of
 
-    loaded = load_scenario(scenario, overrides_of(set=changes or (), backend=backend, seed=seed))
+    loaded = load_scenario(scenario, overrides_of(set=changes or (), backend=backend, seed=seed), trust=trust)
     from nhtrack.studies.run.run import run_scenario
     from nhtrack.studies.run.tables import print_outcome
 

@@ -62,6 +62,7 @@ def run(
     report: bool = True,
     processes: int = 1,
     progress: bool | Observer | None = None,
+    trust: bool = False,
     **changes: Unpack[ScenarioChanges],
 ) -> Outcome:
     """Returns what a run of a scenario left behind: its recording and its figures; files only where `out` is given.
@@ -80,6 +81,7 @@ def run(
         processes: how many draw the film; a script that asks for more than one needs `if __name__ == "__main__":`.
         progress: whether to show how far it is, or a function of a stage, the work done and the whole of it; by
             default in terminals and notebooks.
+        trust: whether to run a law of one's own that a recording brings along.
         **changes: `law`, `robot`, `duration`, `backend` and `set`, see `nhtrack.config.changes.ScenarioChanges`.
 
     Raises:
@@ -87,7 +89,7 @@ def run(
         OutputError: the folder has files in it, or cannot be written to; nothing is run.
         DivergedError: the run left the region where its numbers mean anything; it has the outcome until then.
     """
-    loaded = load(scenario, overrides_of(seed=seed), **changes)
+    loaded = load(scenario, overrides_of(seed=seed), trust=trust, **changes)
     with shown_progress(progress) as stage:
         if out is None:
             outcome = simulate(loaded, stage)

@@ -9,7 +9,7 @@ import typer
 
 from nhtrack.errors import noting
 from nhtrack.terminal.app import app
-from nhtrack.terminal.options import Changes, load_scenario
+from nhtrack.terminal.options import Changes, Trust, load_scenario
 from nhtrack.terminal.screen import print_how_laws_run, screen
 
 
@@ -25,6 +25,7 @@ def tune_command(
         bool, typer.Option("--allow-below-bound", help="Allow gains that their law warns of.")
     ] = False,
     changes: Changes = None,
+    trust: Trust = False,
     write: Annotated[bool, typer.Option("--write", help="Put the gains into the scenario file.")] = False,
     out: Annotated[Path | None, typer.Option(help="Write a copy of the scenario with the gains here.")] = None,
     force: Annotated[bool, typer.Option("--force", help="Replace the copy if it exists.")] = False,
@@ -38,7 +39,7 @@ def tune_command(
         raise typer.BadParameter(str(error), param_hint="--objective") from None
     target = _target(scenario, write, out, force)
     overrides = list(changes or [])
-    loaded = load_scenario(scenario, overrides)
+    loaded = load_scenario(scenario, overrides, trust=trust)
     print_how_laws_run([loaded.law])
     from nhtrack.studies.tune.run import tune
     from nhtrack.studies.tune.save import refuse_other_law, save_gains

@@ -44,6 +44,7 @@ def tune(
     out: str | Path | None = None,
     overwrite: bool = False,
     progress: bool | Observer | None = None,
+    trust: bool = False,
     **changes: Unpack[ScenarioChanges],
 ) -> Tuning:
     """Returns the gains of the lowest cost found; never worse than the scenario's own where those were allowed.
@@ -57,6 +58,7 @@ def tune(
         out: a copy of the scenario file to write, with the gains in it.
         overwrite: allow a copy that exists.
         progress: as in `nhtrack.run`.
+        trust: whether to run a law of one's own that a recording brings along.
         **changes: `law`, `robot`, `duration`, `backend` and `set`, see `nhtrack.config.changes.ScenarioChanges`.
 
     Raises:
@@ -70,7 +72,7 @@ def tune(
     if out is not None:
         refuse_existing(scenario, Path(out), overwrite)
     overrides = overrides_of(**changes)
-    loaded = load(scenario, overrides)
+    loaded = load(scenario, overrides, trust=trust)
     if out is not None:
         refuse_other_law(scenario, loaded.law)
     with shown_progress(progress) as stage:

@@ -1,0 +1,1 @@
+"""One scenario run many times, with other values of some of its keys."""

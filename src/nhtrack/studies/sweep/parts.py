@@ -1,0 +1,122 @@
+"""Parts of a sweep: some of its runs, and the file of their rows."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from nhtrack.arrays import Array
+from nhtrack.config.scenario import Scenario
+from nhtrack.config.sweep import METRICS, ON_WHEELS, Sweep
+from nhtrack.errors import NhtrackError
+from nhtrack.experiment.build import robot_of
+from nhtrack.experiment.load import LOADER
+from nhtrack.files.atomic import atomic_path
+from nhtrack.simulation.faults import LOST
+from nhtrack.simulation.robot_models import RobotModels
+from nhtrack.studies.sweep.batch import alike, run_side_by_side
+from nhtrack.studies.sweep.metrics import expression_value, metrics_of
+from nhtrack.studies.sweep.plan import Plan
+
+COMPLETED, LOST_RUN, FAILED = "completed", "lost", "failed"  # what the column `outcome` says
+
+Row = dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Part:
+    """Some runs of a sweep, few enough to go side by side, and where their rows go."""
+
+    plan: Plan
+    runs: Array
+    path: Path
+
+
+def run_part(part: Part) -> None:
+    """Runs a part and writes its rows; the file appears only once it is whole."""
+    save_rows(part_rows(part.plan, part.runs), part.path)
+
+
+def save_rows(rows: pd.DataFrame, path: Path) -> Path:
+    """Writes rows as Parquet; the file appears under its name only once it is whole."""
+    with atomic_path(path) as temporary:
+        rows.to_parquet(temporary, compression="zstd", index=False)
+    return path
+
+
+def part_rows(plan: Plan, runs: Array) -> pd.DataFrame:
+    """Returns the rows of some runs; what one of them cannot do is its reason, and no other's."""
+    scenarios, rows = dict[int, Scenario](), dict[int, Row]()
+    for run in map(int, runs):
+        try:
+            scenarios[run] = LOADER.load_tree(plan.tree, plan.base.name, overrides=plan.changes(run))
+        except NhtrackError as error:
+            rows[run] = _failed(error)
+    judged, robots = list(scenarios), dict[str, RobotModels]()
+    for group in alike(list(scenarios.values())):
+        members = [judged[place] for place in group]
+        rows |= dict(zip(members, _group_rows([scenarios[run] for run in members], plan.sweep, robots), strict=True))
+    return _table(plan, runs, [rows[run] for run in map(int, runs)])
+
+
+def failed_rows(plan: Plan, runs: Array, reason: str) -> pd.DataFrame:
+    """Returns the rows of runs of which nothing came."""
+    return _table(plan, runs, [_failed(reason) for _ in runs])
+
+
+def _table(plan: Plan, runs: Array, rows: list[Row]) -> pd.DataFrame:
+    table = plan.labels(runs)
+    for name in metric_columns(plan.sweep, plan.base):
+        table[name] = np.array([row.get(name, np.nan) for row in rows], dtype=float)
+    for name in ("outcome", "reason"):
+        table[name] = [row[name] for row in rows]
+    return table
+
+
+def metric_columns(sweep: Sweep, base: Scenario) -> list[str]:
+    """Returns the columns of metrics and expressions of a sweep's table."""
+    known = [name for name in METRICS if base.backend != "ideal" or name not in ON_WHEELS]
+    return [*(sweep.metrics or known), *sweep.expressions]
+
+
+def _group_rows(scenarios: list[Scenario], sweep: Sweep, robots: dict[str, RobotModels]) -> list[Row]:
+    """Returns the rows of scenarios that go side by side; one by one where that cannot be."""
+    try:
+        robot = _robot(scenarios[0], robots)
+        figures = run_side_by_side(scenarios, robot, twins=_asks_for_gaps(sweep))
+    except NhtrackError as error:
+        if len(scenarios) == 1:
+            return [_failed(error)]
+        return [row for scenario in scenarios for row in _group_rows([scenario], sweep, robots)]
+    found = metrics_of(figures)
+    return [
+        _row({name: float(values[b]) for name, values in found.items()}, sweep, lost=bool(figures.lost[b]))
+        for b in range(len(scenarios))
+    ]
+
+
+def _robot(scenario: Scenario, robots: dict[str, RobotModels]) -> RobotModels:
+    """Returns what is read of a scenario's robot, once for all scenarios that differ in nothing that it depends on."""
+    key = f"{scenario.robot!r} {scenario.physics!r} {len(scenario.followers)} {scenario.leader.virtual}"
+    if key not in robots:
+        robots[key] = robot_of(scenario)
+    return robots[key]
+
+
+def _asks_for_gaps(sweep: Sweep) -> bool:
+    words = " ".join((*(sweep.metrics or METRICS), *sweep.expressions.values()))
+    return "gap_" in words
+
+
+def _row(metrics: Mapping[str, float], sweep: Sweep, *, lost: bool) -> Row:
+    own = {name: expression_value(formula, metrics) for name, formula in sweep.expressions.items()}
+    return {**metrics, **own, "outcome": LOST_RUN if lost else COMPLETED, "reason": LOST if lost else ""}
+
+
+def _failed(reason: object) -> Row:
+    return {"outcome": FAILED, "reason": str(reason)}

@@ -1,0 +1,44 @@
+"""What a sweep leaves behind."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import pandas as pd
+
+from nhtrack.config.scenario import Scenario
+from nhtrack.config.sweep import Sweep
+from nhtrack.studies.sweep.parts import COMPLETED
+
+
+@dataclass(frozen=True, repr=False)
+class SweepResults:
+    """What a sweep left behind.
+
+    Attributes:
+        sweep: what was asked for.
+        base: its scenario.
+        runs: a row for every run: axes, metrics, outcome and reason; see docs/sweep.md.
+        metrics: the columns that are metrics, in order.
+        folder: where all of it is.
+        files: the files written.
+        warnings: what was known to go wrong before it ran, in sentences.
+    """
+
+    sweep: Sweep
+    base: Scenario
+    runs: pd.DataFrame
+    metrics: tuple[str, ...]
+    folder: Path
+    files: tuple[Path, ...] = ()
+    warnings: tuple[str, ...] = ()
+
+    @property
+    def completed(self) -> pd.DataFrame:
+        """The rows of runs that were neither lost nor refused."""
+        return self.runs[self.runs["outcome"] == COMPLETED]
+
+    def __repr__(self) -> str:
+        """Returns a one-line account."""
+        return f"SweepResults({self.sweep.name!r}, {len(self.runs)} runs in {self.folder})"

@@ -1,0 +1,179 @@
+"""A sweep from its file to its table: planned in parts, done side by side, gone on with where it was left."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from nhtrack.analysis.beforehand import beforehand
+from nhtrack.analysis.extent import BYTE, extent_of
+from nhtrack.config.changes import overrides_of
+from nhtrack.config.sweep import Sweep
+from nhtrack.errors import FeasibilityError, NhtrackError
+from nhtrack.execution import Executor, Processes, cores
+from nhtrack.experiment.build import Experiment, build
+from nhtrack.experiment.compile import compile_once
+from nhtrack.experiment.load import load, load_sweep
+from nhtrack.files.folder import is_used, save_json
+from nhtrack.studies.run.run import versions
+from nhtrack.studies.sweep.batch import most_side_by_side
+from nhtrack.studies.sweep.parts import Part, metric_columns, save_rows
+from nhtrack.studies.sweep.plan import Plan
+from nhtrack.studies.sweep.result import SweepResults
+from nhtrack.studies.sweep.stubborn import do_parts
+from nhtrack.terminal.progress import Observer, Stage, Tell, shown_progress
+
+_PART = 10.0  # [s] about, that a part takes: what is lost when stopped
+_LARGEST = 500  # runs of a part
+_SHARES = 4  # parts a core at least, where there are so many runs: the last ones are then short
+
+
+class SweepError(NhtrackError):
+    """A sweep that cannot be gone on with."""
+
+
+def sweep(
+    source: str | Path | Sweep,
+    *,
+    out: str | Path | None = None,
+    set: Mapping[str, Any] | Iterable[str] = (),
+    processes: int | None = None,
+    figures: bool = False,
+    pdf: bool = False,
+    progress: bool | Observer | None = None,
+    tell: Tell | None = None,
+) -> SweepResults:
+    """Returns what came of one scenario under many values of some of its keys; stopped, the same call goes on.
+
+    Args:
+        source: a bundled name (`sweep/small`), a sweep file, or a loaded sweep.
+        out: results folder; by default `runs/sweep-<name>`.
+        set: changes of the sweep's own keys, `{"repeats": 3}` or `["repeats=3"]`; not of a loaded sweep.
+        processes: how many at once, one for each core by default; a script that asks for more than one needs
+            `if __name__ == "__main__":`.
+        figures: whether to draw figures into the folder.
+        pdf: whether to draw them for print.
+        progress: as in `nhtrack.run`.
+        tell: called with each warning there is before its runs.
+
+    Raises:
+        ScenarioError: everything wrong with the sweep, its scenario and the values of its axes.
+        SweepError: the folder holds another sweep.
+    """
+    loaded = source if isinstance(source, Sweep) else load_sweep(source, overrides_of(set=set))
+    folder = Path("runs") / f"sweep-{loaded.name}" if out is None else Path(out)
+    with shown_progress(progress) as stage:
+        results = run_sweep(loaded, folder, stage, Processes(processes), tell)
+    if not figures:
+        return results
+    from nhtrack.studies.sweep.figure import save_sweep_figures
+
+    return replace(results, files=(*results.files, *save_sweep_figures(results, folder / "figures", pdf=pdf)))
+
+
+def run_sweep(
+    sweep: Sweep,
+    folder: Path,
+    stage: Stage | None = None,
+    executor: Executor | None = None,
+    tell: Tell | None = None,
+) -> SweepResults:
+    """Runs a sweep into a folder; what is there of it already is kept.
+
+    The folder gets `sweep.json` (what was asked for, and versions), `parts/` (rows of some runs each), and at the end
+    `runs.parquet`, a row a run.
+
+    Args:
+        sweep: what to run.
+        folder: where to; one that holds another sweep is refused.
+        stage: called with the name of each stage; returns what to report its progress to.
+        executor: what does the parts; processes, one for each core, by default.
+        tell: called with each warning there is before its runs.
+
+    Raises:
+        SweepError: the folder holds another sweep.
+    """
+    plan = plan_of(sweep)
+    compile_once(stage)
+    warnings = sweep_beforehand(plan)
+    size = _claim(plan, folder)
+    if tell is not None:
+        for warning in warnings:
+            tell(warning)
+    parts = [Part(plan, runs, folder / "parts" / f"{k}.parquet") for k, runs in enumerate(plan.parts(size))]
+    missing = [part for part in parts if not part.path.exists()]
+    report = (stage or (lambda name: lambda done, total: None))("runs")
+    done = sum(len(part.runs) for part in parts) - sum(len(part.runs) for part in missing)
+    report(done, sweep.runs)
+    for part in do_parts(missing, executor or Processes()):
+        done += len(part.runs)
+        report(done, sweep.runs)
+    runs = pd.concat([pd.read_parquet(part.path) for part in parts], ignore_index=True).sort_values("run")
+    file = save_rows(runs.reset_index(drop=True), folder / "runs.parquet")
+    metrics = tuple(metric_columns(sweep, plan.base))
+    return SweepResults(sweep, plan.base, pd.read_parquet(file), metrics, folder, (file,), warnings)
+
+
+def plan_of(sweep: Sweep) -> Plan:
+    """Returns the plan of a sweep, its scenario loaded."""
+    return Plan(sweep, load(sweep.base, sweep.base_changes))
+
+
+def sweep_beforehand(plan: Plan) -> tuple[str, ...]:
+    """Returns what is known to go wrong, in sentences: of the scenario as its first run has it, and of repetitions."""
+    sweep, scenario = plan.sweep, load(plan.sweep.base, [*plan.sweep.base_changes, *plan.changes(0)])
+    found = list[str]()
+    noisy = any(scenario.noise.model_dump().values()) or any(key.startswith("noise") for key in sweep.axes)
+    if sweep.repeats > 1 and not noisy:
+        found.append("repeats: nothing is random without `noise`; the runs of a point will be the same")
+    try:
+        found += [f"first run: {warning}" for warning in beforehand(scenario, build(scenario))]
+    except FeasibilityError as error:
+        found.append(f"first run: infeasible: {error}")
+    return tuple(found)
+
+
+def seconds_of(plan: Plan) -> float:
+    """Returns how long a run takes on one core, about [s]; nothing of it is written or drawn."""
+    extent = extent_of(_sketch(plan), wheels=plan.base.backend != "ideal")
+    return extent.seconds - BYTE * extent.file
+
+
+def part_size(plan: Plan) -> int:
+    """Returns how many runs a part has."""
+    shares = -(-plan.sweep.runs // (_SHARES * cores()))
+    together = min(_LARGEST, most_side_by_side(_sketch(plan)), int(_PART / seconds_of(plan)))
+    return max(1, min(together, shares))
+
+
+def _sketch(plan: Plan) -> Experiment:
+    """Returns an experiment of about a run's size: the scenario's, without limits, which its floor may not leave."""
+    law = plan.base.law
+    free = law.model_copy(update={"limits": None}) if "limits" in type(law).model_fields else law
+    return build(plan.base.model_copy(update={"law": free}))
+
+
+def _claim(plan: Plan, folder: Path) -> int:
+    """Returns how many runs a part has, after the account is written or found to be the same.
+
+    Raises:
+        SweepError: the folder holds something else.
+    """
+    used, account = is_used(folder), folder / "sweep.json"
+    laws = {} if plan.base.law.kind.built_in else {plan.base.law.name: plan.base.law.kind.hash}
+    asked = {"asked": plan.sweep.model_dump(mode="json"), "base": plan.tree, "laws": laws}
+    if account.is_file():
+        held = json.loads(account.read_text())
+        if {key: held.get(key) for key in asked} != json.loads(json.dumps(asked)):
+            raise SweepError(f"{folder} holds another sweep; choose another --out")
+        return int(held["part"])
+    if used:
+        raise SweepError(f"{folder} exists already and holds no sweep; choose another --out")
+    size = part_size(plan)
+    save_json(account, asked | {"part": size, "versions": versions()})
+    return size
