@@ -46,7 +46,8 @@ def findings_table(findings: list[Finding], robots: tuple[str, ...]) -> str:
         own = {finding.robot: finding for finding in findings if finding.check == check}
         first = next(iter(own.values()))
         unit = "" if first.unit == "1" else f" [{first.unit}]"
-        bound = f"{'≤' if first.sense == 'at most' else '≥'} {first.budget:.2g}"
+        others = "".join(f"; {name} {each.budget:.2g}" for name, each in own.items() if each.budget != first.budget)
+        bound = f"{'≤' if first.sense == 'at most' else '≥'} {first.budget:.2g}{others}"
         rows.append([check + unit, bound, *(_figure(own.get(robot)) for robot in robots), _unless(cause, first.cause)])
         cause = first.cause
     return table(["check", "budget", *robots, "what the figure is made of"], rows)
