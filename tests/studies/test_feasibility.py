@@ -273,7 +273,7 @@ def test_until_it_is_found_there_is_no_number() -> None:
         ),
         (
             ("similarity.length=1e8",),
-            r"of \w+'s (left|right) wheel at .* s asks for it; that is .* control periods, and a run has at most 2e\+06",
+            r"\w+'s (left|right) wheel at .* s asks for it; that is .* control periods, and a run has at most 2e\+06",
         ),
     ],
 )
