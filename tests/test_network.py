@@ -98,6 +98,11 @@ def test_all_faults_come_at_once_and_followers_of_the_guilty_are_spared() -> Non
     assert [(fault.robot, fault.unknown) for fault in faults] == [("d", True), ("a", False)]
 
 
+def test_of_many_unknown_parents_the_first_are_told_which_there_are() -> None:
+    faults = network_faults({"l": []} | {f"f{k}": ["nobody"] for k in range(25)})
+    assert ["available: l, f" in fault.message for fault in faults] == 20 * [True] + 5 * [False]
+
+
 def test_level_arrays_can_index() -> None:
     network = Network.from_parents(DIAMOND)
     np.testing.assert_array_equal(np.arange(5.0)[network.levels[1]], [1.0, 2.0])

@@ -134,7 +134,8 @@ def test_headings_that_look_like_degrees_are_told() -> None:
 def test_with_time_auto_a_leader_is_told_and_its_limits_are_not() -> None:
     """A leader that cannot fit is refused as a run would refuse it; one that is beyond its law is told."""
     auto = ["similarity.time=auto", "leader.start.twist=[0, 0]", "leader.input.u_theta=0", "leader.input.u_x=cos(2*t)"]
-    _, found = beforehand_without_time(load("tour/universal", auto))
+    extent, found = beforehand_without_time(load("tour/universal", [*auto, "duration=5000"]))
+    assert re.match(r"at similarity\.time [0-9.]+, the smallest that fits leader alone: \d+ control periods", extent)
     told = r"at similarity\.time [0-9.]+, the smallest that fits leader alone: leader: v_0 changes"
     assert [each for each in found if re.match(told, each)]
     assert not [each for each in found if "limits" in each]

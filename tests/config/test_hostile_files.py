@@ -5,6 +5,9 @@ from __future__ import annotations
 import itertools
 import math
 import os
+import re
+import subprocess
+import sys
 import time
 from pathlib import Path
 
@@ -221,9 +224,11 @@ def test_a_number_may_be_a_formula_of_numbers(old: str, new: str, key: str, valu
 @pytest.mark.parametrize(
     ("formula", "said"),
     [
-        ("t", "a number, got the text 't'"),
-        ("6*pie", "a number, got the text '6*pie'"),
-        ("1/0", "a number, got the text '1/0'"),
+        ("t", "a number, got the text 't'; 't' depends on the time t"),
+        ("6*pie", "a number, got the text '6*pie'; unknown name 'pie'"),
+        ("1/0", "a number, got the text '1/0'; '1/0' has no value at t = 0: division by zero"),
+        ("2^3", "a number, got the text '2^3'; '2^3': write powers as a**b, not a^b"),
+        ("soon", "a number, got the text 'soon'"),
         ("'10'", "write it without quotes"),
         ("-pi", "a value greater than 0, got -3.14159265358979"),
         ("__import__('os')", "a number, got the text"),
@@ -233,6 +238,23 @@ def test_a_number_may_be_a_formula_of_numbers(old: str, new: str, key: str, valu
 def test_what_is_no_number_is_told_as_it_stands(formula: str, said: str) -> None:
     lines = faults_of(CASE.replace("duration: 10", f"duration: {formula}"))
     assert lines == [line for line in lines if line.startswith("case.yaml:2:1: duration: expected ") and said in line]
+
+
+def test_faults_of_one_place_stay_in_the_order_in_which_they_were_found(tmp_path: Path) -> None:
+    (tmp_path / "d.csv").write_text("t,u_x,u_theta\n" + "".join(f"{t},x,0\n" for t in range(30)))
+    (tmp_path / "case.yaml").write_text(CASE.replace(INPUT, "{csv: d.csv}"))
+    with pytest.raises(ScenarioError) as caught:
+        load(tmp_path / "case.yaml")
+    lines = [re.findall(r"d\.csv:(\d+)|(more)", str(fault.message))[0] for fault in caught.value.faults]
+    assert lines == [*((str(line), "") for line in range(2, 12)), ("", "more")]
+
+
+@pytest.mark.skipif(not Path("/proc/kmsg").exists(), reason="the system has no such file")
+def test_a_file_of_the_system_that_says_nothing_yet_is_not_waited_for() -> None:
+    command = [sys.executable, "-m", "nhtrack", "validate", "/proc/kmsg"]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
+    assert done.returncode == 2
+    assert done.stderr.startswith("/proc/kmsg: ")
 
 
 def test_a_number_of_whole_things_is_no_fraction() -> None:

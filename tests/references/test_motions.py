@@ -126,6 +126,7 @@ def test_columns_are_found_by_name_and_every_number_knows_its_place(tmp_path: Pa
     ("text", "faults"),
     [
         ("a;b\n1;2\n", ["1:1: expected the columns a, b, got a;b; separate them by commas"]),
+        ("a\tb\n1\t2\n", ["1:1: expected the columns a, b, got a\tb; separate them by commas"]),
         ("a,b,a\n1,2,3\n", ["1:1: the column a is there twice"]),
         ("a,b\n1,x\ny,2\n3\n", ["2:3: b must", "3:1: a must", "4:2: no value for b"]),
         ("a,b\n\n", ["1:1: no rows"]),
