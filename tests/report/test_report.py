@@ -150,7 +150,7 @@ def test_an_ideal_run_has_no_wheels_and_no_twin(tmp_path: Path) -> None:
         load("tour/hello", ["backend=ideal", "duration=0.5"]), tmp_path / "run", figures=False, video=False
     )
     text = (tmp_path / "run" / "report.html").read_text(encoding="utf-8")
-    assert "2 robots ran on the ideal integrator for 0.5 s" in text
+    assert "2 robots ran on the ideal integrator for 0.5\N{NO-BREAK SPACE}s" in text
     assert "twin" not in numbers_of(text)["frames"]
     assert not numbers_of(text)["twin"]
     assert outcome.files[-1].name == "report.html"

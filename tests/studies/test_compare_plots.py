@@ -12,7 +12,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Polygon
 
 from nhtrack import se2
-from nhtrack.colours import ROOT, robot_colour
+from nhtrack.colours import ROOT, letter_colour, robot_colour
 from nhtrack.plots.names import Path, name_paths
 from nhtrack.plots.style import column_styled
 from nhtrack.presentation.spread import spread
@@ -97,7 +97,7 @@ def test_names_stand_beside_their_curves_and_not_upon_each_other(laws: int, foll
             assert not any(box.overlaps(other) for other in boxes[:i]), texts[i].get_text()
         for text in texts:
             place = 0 if text.get_text() == "leader" else 1 + list(runs).index(text.get_text())
-            assert to_hex(text.get_color()) == robot_colour(place).lower()
+            assert to_hex(text.get_color()) == letter_colour(robot_colour(place)).lower()
     frame = figure.axes[0].get_window_extent()
     for text in figure.axes[0].texts:
         box = text.get_window_extent()

@@ -15,6 +15,7 @@ from elements import Elements
 from nhtrack.cli import app
 from nhtrack.experiment.load import load
 from nhtrack.recording import Recording
+from nhtrack.simulation.columns import SCALARS
 from nhtrack.studies.paper.examples import EXAMPLES
 from recordings import synthetic_recording
 
@@ -60,8 +61,10 @@ def recorded(tmp_path_factory: pytest.TempPathFactory) -> Path:
                 run = stand_in(name, backend)
                 run.dataset["torque_saturation"] = run["wheel_speed"] * 0
                 wheels = ("friction_utilisation", "friction_utilisation_predicted", "lateral_slip", "wheel_load")
+                unknown = run["wheel_speed"] * np.nan
                 for missing in set(wheels) - set(run.dataset):  # formulas of the ideal backend leave them out
-                    run.dataset[missing] = run["wheel_speed"] * np.nan
+                    one = missing in SCALARS
+                    run.dataset[missing] = unknown.isel(wheel=0, drop=True) if one else unknown
                 run.save(folder / "recordings" / f"{name}-{backend}.nc")
     return folder
 
