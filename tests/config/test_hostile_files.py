@@ -14,8 +14,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from nhtrack.assets import find_campaign, find_sweep
 from nhtrack.errors import ScenarioError, did_you_mean
-from nhtrack.experiment.load import load, load_text
+from nhtrack.experiment.load import load, load_either, load_text
 from nhtrack.references import Expression, ReferenceInputError
 
 CASE = """name: case
@@ -255,6 +256,16 @@ def test_a_file_of_the_system_that_says_nothing_yet_is_not_waited_for() -> None:
     done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
     assert done.returncode == 2
     assert done.stderr.startswith("/proc/kmsg: ")
+
+
+@pytest.mark.parametrize("place", ["arrival: {last: %s}", "sample: {count: %s}", "repeats: %s", "duration: %s"])
+@pytest.mark.parametrize("kind", ["campaign/small", "sweep/small"])
+def test_whole_numbers_beyond_all_others_are_told(place: str, kind: str, tmp_path: Path) -> None:
+    find = find_campaign if kind.startswith("campaign") else find_sweep
+    text = re.sub(r"^(duration|arrival|sample|repeats):.*\n", "", find(kind).read_text(), flags=re.MULTILINE)
+    (tmp_path / "case.yaml").write_text(f"{text}\n{place % (400 * '9')}\n")
+    with pytest.raises(ScenarioError, match=place.partition(":")[0]):
+        load_either(tmp_path / "case.yaml")
 
 
 def test_a_number_of_whole_things_is_no_fraction() -> None:

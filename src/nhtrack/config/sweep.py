@@ -16,7 +16,7 @@ from nhtrack.config.tree import lookup, parse_path
 from nhtrack.config.values import RunName
 from nhtrack.errors import did_you_mean
 from nhtrack.references import VOCABULARY, Expression, ReferenceInputError
-from nhtrack.section import Finding, Section, fault, values_of
+from nhtrack.section import Finding, Section, fault, is_finite, values_of
 
 MOST_RUNS = 2_000_000
 # What is asked of a run, as a run's summary has it, of its worst robot; what each is.
@@ -278,7 +278,8 @@ def _too_many(tree: Any, axes: Mapping[str, Any], sample: Any) -> Iterator[Findi
         points = math.prod(_length(axis) for axis in axes.values())
     repeats = lookup(tree, ("repeats",), 1)
     if isinstance(points, int) and isinstance(repeats, int) and points * repeats > MOST_RUNS:
-        yield ("axes",), f"{points * repeats:.3g} runs; a sweep has at most {MOST_RUNS:.0e}"
+        wanted = f"{points * repeats:.3g}" if is_finite(points * repeats) else "endlessly many"
+        yield ("axes",), f"{wanted} runs; a sweep has at most {MOST_RUNS:.0e}"
 
 
 def _length(axis: Any) -> int:
