@@ -199,6 +199,13 @@ sample: {{method: {method}, count: 256, seed: 4}}
     assert counts.min() > (40 if method == "random" else 60)
 
 
+def test_a_robot_is_read_anew_where_its_load_is_of_another_size(tmp_path: Path) -> None:
+    text = "name: sizes\nbase: stress/payload\nset: {duration: 0.1}\naxes: {similarity.length: [1, 2]}\n"
+    table = part_rows(plan_of(sweep_of(tmp_path, text)), np.arange(2))
+    assert list(table["outcome"]) == ["completed", "completed"]
+    assert table["path_length"].nunique() == 2
+
+
 def test_every_metric_has_one_value(tmp_path: Path) -> None:
     text = "name: one\nbase: tour/hello\nset: {duration: 0.1}\naxes: {law.k: [4]}\n"
     case = sweep_of(tmp_path, text)

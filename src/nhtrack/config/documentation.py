@@ -202,10 +202,10 @@ of points only. A section comes before what is in it: `law` names the law, then 
 
 The results folder has `runs.parquet`, a row a run ({columns}, the axes by their keys, metrics), `sweep.json` (what was
 asked for, and versions), `parts/` and `figures/`. What was stopped or killed goes on with the same command and loses no
-part that was done. The numbers of a run are those of `nhtrack run` with the same changes, to the last bit, however the
-sweep is divided: runs that differ in gains, starts or seed alone go side by side through one compiled model. A run that
-is lost, that its values do not allow, or that ends three processes, is a row with its reason. With `repeats` the k-th
-run of every point has the scenario's seed + k, the same noise at every point.
+part that was done. The numbers of a run are those of `nhtrack run` with the same changes, to the last bit (sums over a
+run to 1e-12), however the sweep is divided: runs that differ in gains, starts or seed alone go side by side through one
+compiled model. A run that is lost, that its values do not allow, or that ends three processes, is a row with its
+reason. With `repeats` the k-th run of every point has the scenario's seed + k, the same noise at every point.
 """
 
 _METRICS = """Of a run's worst follower, or of its worst robot on wheels, as `summary.json` has them; not known (NaN)

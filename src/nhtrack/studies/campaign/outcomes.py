@@ -33,11 +33,13 @@ def run_outcomes(campaign: Campaign, experiment: Experiment) -> dict[str, Array]
 
 
 def simulation_of(experiment: Experiment, backend: str) -> IdealSimulation | MujocoSimulation:
-    """Returns what runs some starts of a campaign, and goes on when it has lost one."""
+    """Returns what runs an experiment's simulations side by side, and goes on when it has lost one."""
     spec, size = experiment.scene, experiment.size
     if backend == "ideal":
         names, plant = experiment.network.names, experiment.robot.plant
-        return IdealSimulation(names, plant, experiment.dt, spec.ground, virtual_root=True, keep_going=True, size=size)
+        return IdealSimulation(
+            names, plant, experiment.dt, spec.ground, virtual_root=spec.virtual_root, keep_going=True, size=size
+        )
     batch = experiment.start.g.shape[:1]
     scene = stepped_scene(spec, experiment.robot)
     return MujocoSimulation(scene, experiment.dt, batch, spec=spec, keep_going=True, size=size)

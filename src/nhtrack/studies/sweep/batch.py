@@ -16,10 +16,9 @@ from nhtrack.experiment.rows import BARE
 from nhtrack.experiment.run_statistics import RunStatistics, Statistics
 from nhtrack.settling import first_late_row, settling_limits
 from nhtrack.simulation.ideal import IdealSimulation
-from nhtrack.simulation.mujoco import MujocoSimulation
 from nhtrack.simulation.robot_models import RobotModels
-from nhtrack.simulation.scene import stepped_scene
 from nhtrack.simulation.state import State
+from nhtrack.studies.campaign.outcomes import simulation_of
 
 _SHARED_GAINS = ("turn_rate", "dead_zone_speed")  # those that make the leader which a law sees
 _BYTES = 2.5e8  # of ideal twins kept at once
@@ -102,7 +101,7 @@ def run_side_by_side(scenarios: Sequence[Scenario], robot: RobotModels | None, *
     times = one.start.t + np.arange(len(one.inputs) + 1) * one.dt
     late, limits = first_late_row(times), settling_limits(one.similarity.length)
     statistics = RunStatistics(limits, late, one.law.kind.modes, None if followed is None else followed[0])
-    simulation = _simulation(all_of_them, wheels=wheels)
+    simulation = simulation_of(all_of_them, scenarios[0].backend)
     failure = all_of_them.record(simulation, statistics)
     if failure is not None:
         raise failure
@@ -128,19 +127,6 @@ def _beside(one: Experiment, scenarios: Sequence[Scenario]) -> Experiment:
     g, xi = (np.stack([getattr(start, name) for start in starts]) for name in ("g", "xi"))
     seeds = seeds_of(*(scenario.seed for scenario in scenarios))
     return replace(one, law=law, start=State(one.start.t, g, xi), link=replace(one.link, seeds=seeds))
-
-
-def _simulation(experiment: Experiment, *, wheels: bool) -> IdealSimulation | MujocoSimulation:
-    spec, size = experiment.scene, experiment.size
-    if wheels:
-        scene = stepped_scene(spec, experiment.robot)
-        return MujocoSimulation(
-            scene, experiment.dt, experiment.start.g.shape[:1], spec=spec, keep_going=True, size=size
-        )
-    names, plant = experiment.network.names, experiment.robot.plant
-    return IdealSimulation(
-        names, plant, experiment.dt, spec.ground, virtual_root=spec.virtual_root, keep_going=True, size=size
-    )
 
 
 def _twins(experiment: Experiment) -> tuple[Array, Array]:

@@ -14,11 +14,11 @@ from nhtrack.arrays import Array
 from nhtrack.config.scenario import Scenario
 from nhtrack.config.sweep import METRICS, ON_WHEELS, Sweep
 from nhtrack.errors import NhtrackError
-from nhtrack.experiment.build import robot_of
+from nhtrack.experiment.build import make_scene_spec, robot_of
 from nhtrack.experiment.load import LOADER
-from nhtrack.files.atomic import atomic_path
 from nhtrack.simulation.faults import LOST
 from nhtrack.simulation.robot_models import RobotModels
+from nhtrack.studies.campaign.tables import save_runs
 from nhtrack.studies.sweep.batch import alike, run_side_by_side
 from nhtrack.studies.sweep.metrics import expression_value, metrics_of
 from nhtrack.studies.sweep.plan import Plan
@@ -39,14 +39,7 @@ class Part:
 
 def run_part(part: Part) -> None:
     """Runs a part and writes its rows; the file appears only once it is whole."""
-    save_rows(part_rows(part.plan, part.runs), part.path)
-
-
-def save_rows(rows: pd.DataFrame, path: Path) -> Path:
-    """Writes rows as Parquet; the file appears under its name only once it is whole."""
-    with atomic_path(path) as temporary:
-        rows.to_parquet(temporary, compression="zstd", index=False)
-    return path
+    save_runs(part_rows(part.plan, part.runs), part.path)
 
 
 def part_rows(plan: Plan, runs: Array) -> pd.DataFrame:
@@ -102,7 +95,7 @@ def _group_rows(scenarios: list[Scenario], sweep: Sweep, robots: dict[str, Robot
 
 def _robot(scenario: Scenario, robots: dict[str, RobotModels]) -> RobotModels:
     """Returns what is read of a scenario's robot, once for all scenarios that differ in nothing that it depends on."""
-    key = f"{scenario.robot!r} {scenario.physics!r} {len(scenario.followers)} {scenario.leader.virtual}"
+    key = repr(make_scene_spec(scenario))
     if key not in robots:
         robots[key] = robot_of(scenario)
     return robots[key]

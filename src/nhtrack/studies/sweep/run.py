@@ -20,9 +20,10 @@ from nhtrack.experiment.build import Experiment, build
 from nhtrack.experiment.compile import compile_once
 from nhtrack.experiment.load import load, load_sweep
 from nhtrack.files.folder import is_used, save_json
+from nhtrack.studies.campaign.tables import save_runs
 from nhtrack.studies.run.run import versions
 from nhtrack.studies.sweep.batch import most_side_by_side
-from nhtrack.studies.sweep.parts import Part, metric_columns, save_rows
+from nhtrack.studies.sweep.parts import Part, metric_columns
 from nhtrack.studies.sweep.plan import Plan
 from nhtrack.studies.sweep.result import SweepResults
 from nhtrack.studies.sweep.stubborn import do_parts
@@ -114,7 +115,7 @@ def run_sweep(
         done += len(part.runs)
         report(done, sweep.runs)
     runs = pd.concat([pd.read_parquet(part.path) for part in parts], ignore_index=True).sort_values("run")
-    file = save_rows(runs.reset_index(drop=True), folder / "runs.parquet")
+    file = save_runs(runs.reset_index(drop=True), folder / "runs.parquet")
     metrics = tuple(metric_columns(sweep, plan.base))
     return SweepResults(sweep, plan.base, pd.read_parquet(file), metrics, folder, (file,), warnings)
 

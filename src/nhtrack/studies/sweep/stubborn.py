@@ -9,7 +9,8 @@ import numpy as np
 import pandas as pd
 
 from nhtrack.execution import Executor, Processes, WorkerError
-from nhtrack.studies.sweep.parts import Part, failed_rows, run_part, save_rows
+from nhtrack.studies.campaign.tables import save_runs
+from nhtrack.studies.sweep.parts import Part, failed_rows, run_part
 
 TRIES = 3  # processes that a run may end before it is a row that says so
 
@@ -62,7 +63,7 @@ def _run_by_run(part: Part, some: bool, error: WorkerError) -> bool:
             rows.append(failed_rows(part.plan, one.runs, f"ended the process that ran it, {TRIES} times"))
     if not some:
         raise error
-    save_rows(pd.concat(rows, ignore_index=True), part.path)
+    save_runs(pd.concat(rows, ignore_index=True), part.path)
     return True
 
 
