@@ -111,6 +111,7 @@ def machines() -> Iterator[Machines]:
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("RAY_USAGE_STATS_ENABLED", "0")
         patch.setenv("RAY_AUTH_MODE", "disabled")
+        patch.setenv("RAY_worker_niceness", "0")
         made = Machines()
         yield made
         import ray
@@ -170,13 +171,13 @@ def sleeps(task: float) -> int:
 
 def test_a_worker_that_ends_is_replaced_and_a_task_says_itself_what_it_raised(cluster: Ray, tmp_path: Path) -> None:
     assert cluster.workers == 3
-    marks = [str(tmp_path / name) for name in "abcd"]
+    marks = [str(tmp_path / name) for name in "ab"]
     assert sorted(cluster(marks, once_each)) == list(enumerate(marks))
     with pytest.raises(SimulationDiverged, match=r"it fell over: robot 'burger' at t = 1\.500"):
         list(cluster(range(5), fails))
     with pytest.raises(WorkerError) as ended:
-        list(cluster([0, 1], os._exit))
-    assert ended.value.suspects == (0, 1)
+        list(cluster([9], os._exit))
+    assert ended.value.suspects == (0,)
     assert list(cluster([], fails)) == []
     began = time.monotonic()
     with closing(cluster([0.0, 60.0, 60.0, 60.0], sleeps)) as results:
@@ -209,13 +210,11 @@ def test_a_sweep_whose_machine_is_lost_midway_has_the_local_table(
 
 
 def test_a_run_that_ends_its_workers_is_a_failed_row(cluster: Ray, tmp_path: Path) -> None:
-    deadly = sweep_in(tmp_path / "deadly", "3.0", "os._exit(9)")
+    few = {"axes": {"law.kick": (2.0, 3.0)}, "repeats": 1}
+    deadly = sweep_in(tmp_path, "3.0", "os._exit(9)").model_copy(update=few)
     done = run_sweep(deadly, tmp_path / "out", executor=cluster).runs
-    failed = done["law.kick"] == 3.0
-    assert set(done["outcome"][failed]) == {FAILED}
-    assert set(done["reason"][failed]) == {"ended the process that ran it, 3 times"}
-    alone = run_sweep(sweep_in(tmp_path / "sound"), tmp_path / "sound-out", executor=serial).runs
-    same(done[~failed], alone[~failed])
+    assert list(done["outcome"]) == ["completed", FAILED]
+    assert done["reason"][1] == "ended the process that ran it, 3 times"
 
 
 def test_other_studies_come_to_the_same_on_a_cluster(cluster: Ray, tmp_path: Path) -> None:

@@ -27,11 +27,13 @@ _PATIENCE = 5.0  # [s] in which an address has to answer
 _HEALTHY = 20.0  # [s] in which Ray has to be found there
 _HERE = "local"  # Ray's word for one of our own
 _CHECKED = 600.0  # [s] in which every machine has to, where it may have to compile first
-# Ray tells its makers nothing, says nothing of accelerators, and leaves in its logs what workers and machines say.
+# Ray tells its makers nothing, says nothing of accelerators, leaves in its logs what workers and machines say, and lets
+# workers of its own have as much of this machine as other processes.
 _SETTINGS = {
     "RAY_USAGE_STATS_ENABLED": "0",
     "RAY_ACCEL_ENV_VAR_OVERRIDE_ON_ZERO": "0",
     "RAY_DEDUP_LOGS_SKIP_REGEX": ".",
+    "RAY_worker_niceness": "0",
 }
 
 
