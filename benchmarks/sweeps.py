@@ -3,9 +3,9 @@
     python benchmarks/sweeps.py [--parts 8] [--seconds 4] [--duration 80] [--engines serial processes ray]
 
 A run is one follower on wheels behind a leader that is a marker, physics step 2 ms, eight of them a part. Ray is one
-that is started here. Wall time, from the end of a worker's first part to that of its last: the start of workers is told by
-itself. What else runs on the machine takes part of it, so the processor time of a run is told as well: where it is the
-same on one worker and on two, the engine lets them work side by side, and the rest is the machine's.
+that is started here. Wall time, from the end of a worker's first part to that of its last: the start of workers is told
+by itself. What else runs on the machine takes part of it, so the processor time of a run is told as well: where that is
+the same on one worker and on two, the engine lets them work side by side, and the rest is the machine's.
 """
 
 from __future__ import annotations
@@ -30,6 +30,7 @@ from nhtrack.studies.sweep.plan import Plan
 from nhtrack.studies.sweep.run import plan_of
 
 PART = 8  # runs
+SCALE = 4.0  # time scale of the scenario: robot seconds of one of its own
 EMPTY = 500  # tasks that do nothing
 SWEEP = """\
 name: bench
@@ -51,7 +52,7 @@ def main() -> None:
     verbatim = argparse.RawDescriptionHelpFormatter
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=verbatim)
     parser.add_argument("--parts", type=int, default=8, help="of a worker, beside its first")
-    parser.add_argument("--seconds", type=float, default=4.0, help="robot seconds of a run")
+    parser.add_argument("--seconds", type=float, default=20.0, help="robot seconds of a run")
     parser.add_argument("--duration", type=float, default=80.0, help="robot seconds of the million runs")
     parser.add_argument("--engines", nargs="+", default=["serial", "processes", "ray"])
     given = parser.parse_args()
@@ -83,7 +84,7 @@ def _empty(engines: dict[str, dict[int, Executor]]) -> None:
 
 def _throughput(engines: dict[str, dict[int, Executor]], given: argparse.Namespace, backend: str) -> float:
     """Prints what engines do of a sweep, and returns the least processor time of a robot-second [s]."""
-    duration = given.seconds * (1 if backend == "mujoco" else 10)
+    duration = given.seconds * (1 if backend == "mujoco" else 5)
     print(f"{backend}, runs of {duration:g} s")
     print("engine     workers  runs/s  over one  processor share  [ms/run]  over one  [us/robot-second]")
     least = np.inf
@@ -108,7 +109,7 @@ def _throughput(engines: dict[str, dict[int, Executor]], given: argparse.Namespa
 def _plan(duration: float, backend: str, runs: int) -> Plan:
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "bench.yaml"
-        file.write_text(SWEEP.format(duration=duration, backend=backend, runs=runs))
+        file.write_text(SWEEP.format(duration=duration / SCALE, backend=backend, runs=runs))
         return plan_of(load_sweep(file))
 
 

@@ -7,12 +7,13 @@ from __future__ import annotations
 
 import os
 import random
+import re
 import signal
 import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
-from contextlib import closing
+from contextlib import closing, suppress
 from pathlib import Path
 from typing import Any
 
@@ -38,6 +39,8 @@ pytestmark = [pytest.mark.slow, pytest.mark.filterwarnings("default::ResourceWar
 
 KILLS = int(os.environ.get("NHTRACK_KILLS", "1"))  # of each
 SEED = int(os.environ.get("NHTRACK_KILLS_SEED", random.randrange(10**6)))
+PAGE = Path(__file__).parents[2] / "docs" / "scaling.md"
+MARK = f"NHTRACK_MARK=cluster-{os.getpid()}"
 PATIENCE = 20.0  # [s] in which what worked for a driver that is gone has to be gone
 STORE = 80 * 2**20  # [bytes], the least that Ray takes
 SWEEP = """\
@@ -102,6 +105,13 @@ class Machines:
         while len(self._others) < 2:
             self._others.append(self._cluster.add_node(**self._node))
 
+    def lose_a_worker(self) -> None:
+        """Kills a worker, most likely at a task."""
+        ours = set(_marked(MARK))
+        lines = {number: line for number, (_, line) in _processes().items() if number in ours}
+        workers = [number for number, line in lines.items() if line.startswith(("ray::_do", "ray::IDLE"))]
+        os.kill(random.choice(workers), signal.SIGKILL)
+
     def stop(self) -> None:
         self._cluster.shutdown()
 
@@ -112,6 +122,7 @@ def machines() -> Iterator[Machines]:
         patch.setenv("RAY_USAGE_STATS_ENABLED", "0")
         patch.setenv("RAY_AUTH_MODE", "disabled")
         patch.setenv("RAY_worker_niceness", "0")
+        patch.setenv(*MARK.split("="))
         made = Machines()
         yield made
         import ray
@@ -169,6 +180,42 @@ def sleeps(task: float) -> int:
     return os.getpid()
 
 
+COMMANDS = """
+set -e
+ray() {{
+    test "$1" = stop && test -z "$ALONE" && return  # it would end those of others, too
+    test "$1" = start && set -- "$@" --num-cpus=1
+    {python} -m ray.scripts.scripts "$@"
+}}
+nhtrack() {{ {python} -m nhtrack "$@" --no-figures --set "set.duration=0.2"; }}
+"""
+
+
+def test_what_the_page_says_of_several_machines_can_be_done(tmp_path: Path) -> None:
+    """Comes first: `ray stop` ends whatever Ray there is."""
+    text = PAGE.read_text()
+    part = text[text.index("## Ray on several machines") : text.index("## SLURM")]
+    shown = COMMANDS.format(python=sys.executable) + "\n".join(re.findall(r"```sh\n(.*?)```", part, re.DOTALL))
+    port = str(20_000 + os.getpid() % 10_000)
+    for told, here in (("/shared", str(tmp_path)), ("10.0.0.1", "127.0.0.1"), ("6379", port)):
+        assert told in shown
+        shown = shown.replace(told, here)
+    alone = not any("raylet/raylet" in each for each in _running())
+    mark = f"NHTRACK_MARK={tmp_path}"
+    env = os.environ | {"NHTRACK_MARK": str(tmp_path), "ALONE": "yes" if alone else "", "RAY_worker_niceness": "0"}
+    try:
+        with (tmp_path / "said").open("w") as said:
+            done = subprocess.run(["bash", "-c", shown], env=env, stdout=said, stderr=said, timeout=300)
+        assert done.returncode == 0, (tmp_path / "said").read_text()
+        runs = table(tmp_path / "runs" / "small")
+        assert len(runs) == 24
+        assert set(runs["outcome"]) == {"completed"}
+        assert not alone or not _marked(mark)
+    finally:
+        for number in _marked(mark):
+            os.kill(number, signal.SIGKILL)
+
+
 def test_a_worker_that_ends_is_replaced_and_a_task_says_itself_what_it_raised(cluster: Ray, tmp_path: Path) -> None:
     assert cluster.workers == 3
     marks = [str(tmp_path / name) for name in "ab"]
@@ -186,27 +233,29 @@ def test_a_worker_that_ends_is_replaced_and_a_task_says_itself_what_it_raised(cl
     assert time.monotonic() - began < 50
 
 
-def test_a_sweep_whose_machine_is_lost_midway_has_the_local_table(
-    machines: Machines, cluster: Ray, folder: Path, tmp_path: Path
+@pytest.mark.parametrize("lose", [Machines.lose, Machines.lose_a_worker], ids=["machine", "worker"])
+def test_a_sweep_has_the_local_table_whatever_is_lost_midway(
+    lose: Callable[[Machines], None], machines: Machines, cluster: Ray, folder: Path, tmp_path: Path
 ) -> None:
-    chance, report = random.Random(SEED), list[int]()
+    chance, told = random.Random(SEED), list[int]()
     print(f"NHTRACK_KILLS_SEED={SEED}")
     for kill in range(KILLS):
         machines.complete()
-        after = chance.randint(1, 5)
+        after = chance.randint(1, 6)
 
-        def watch(name: str, after: int = after) -> Callable[[int, int], None]:
+        def stage(name: str, after: int = after) -> Callable[[int, int], None]:
             def progress(ready: int, total: int) -> None:
-                report.append(ready)
-                if name == "runs" and len(report) == after:
-                    machines.lose()
+                told.append(ready)
+                if name == "runs" and len(told) == after:
+                    lose(machines)
 
             return progress
 
-        report.clear()
-        results = run_sweep(sweep_in(folder), tmp_path / str(kill), watch, cluster)
+        told.clear()
+        results = run_sweep(sweep_in(folder), tmp_path / str(kill), stage, cluster)
+        print(f"{kill}: lost after {told[after - 1]} of {results.sweep.runs} runs")
         same(results.runs, table(folder / "serial"))
-        assert len(report) > after, "a machine was lost while others had something left to do"
+        assert len(told) > after, "something was left to do"
 
 
 def test_a_run_that_ends_its_workers_is_a_failed_row(cluster: Ray, tmp_path: Path) -> None:
@@ -260,38 +309,52 @@ def _soon(executor: Executor) -> Any:
     return done
 
 
-@pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGKILL])
-def test_nothing_outlives_a_command_that_started_ray_itself(how: signal.Signals, folder: Path, tmp_path: Path) -> None:
-    mark = f"NHTRACK_MARK={tmp_path}-{how}"
-    name, _, value = mark.partition("=")
-    words = ["sweep", str(folder / "case.yaml"), "--out", str(tmp_path / "out"), "--executor", "ray"]
-    listening = lambda: signal.signal(signal.SIGINT, signal.SIG_DFL)  # noqa: E731
-    command = subprocess.Popen(
-        [sys.executable, "-m", "nhtrack", *words], env=os.environ | {name: value}, stderr=subprocess.PIPE, text=True,
-        stdout=subprocess.DEVNULL, start_new_session=True, preexec_fn=listening,
-    )  # fmt: skip
-    while command.poll() is None and not list(tmp_path.glob("out/parts/*.parquet")):
-        time.sleep(0.02)
-    assert len(_marked(mark)) > 3
-    os.killpg(command.pid, how)
-    said = command.communicate(timeout=60)[1]
-    until = time.monotonic() + PATIENCE
-    while _marked(mark):
-        assert time.monotonic() < until, _marked(mark)
-        time.sleep(0.1)
-    if how == signal.SIGINT:
-        assert command.returncode == 130
-        assert said.splitlines()[-1].startswith("interrupted; the same command goes on")
+def test_nothing_outlives_a_command_that_started_ray_itself(folder: Path, tmp_path: Path) -> None:
+    def listen() -> None:
+        signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+    sweep_in(folder)
+    commands = {}
+    for how in (signal.SIGINT, signal.SIGKILL):
+        words = ["sweep", str(folder / "case.yaml"), "--out", str(tmp_path / how.name), "--executor", "ray"]
+        commands[how] = subprocess.Popen(
+            [sys.executable, "-m", "nhtrack", *words], env=os.environ | {"NHTRACK_MARK": f"{tmp_path}-{how.name}"},
+            stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, start_new_session=True, preexec_fn=listen,
+        )  # fmt: skip
+    for how, command in commands.items():
+        mark = f"NHTRACK_MARK={tmp_path}-{how.name}"
+        while command.poll() is None and not list((tmp_path / how.name).glob("parts/*.parquet")):
+            time.sleep(0.02)
+        if command.poll() is not None:
+            pytest.fail(command.communicate()[1])
+        assert len(_marked(mark)) > 3
+        os.killpg(command.pid, how)
+        said = command.communicate(timeout=60)[1]
+        until = time.monotonic() + PATIENCE
+        while _marked(mark):
+            assert time.monotonic() < until, _marked(mark)
+            time.sleep(0.1)
+        if how == signal.SIGINT:
+            assert command.returncode == 130
+            assert said.splitlines()[-1].startswith("interrupted; the same command goes on")
 
 
-def _marked(mark: str) -> list[str]:
+def _marked(mark: str) -> list[int]:
     """Returns the processes that were begun with a variable, or by one that was."""
-    found = []
+    return [number for number, (environment, _) in _processes().items() if f"{mark}\0" in environment]
+
+
+def _running() -> list[str]:
+    """Returns the command lines of all processes."""
+    return [line for _, line in _processes().values()]
+
+
+def _processes() -> dict[int, tuple[str, str]]:
+    """Returns environment and command line of the processes there are, but for those that wait to be buried."""
+    found = {}
     for entry in Path("/proc").iterdir():
-        try:
-            if entry.name.isdigit() and f"{mark}\0".encode() in (entry / "environ").read_bytes():
-                state = (entry / "stat").read_text().rpartition(")")[2].split()[0]
-                found += [] if state == "Z" else [(entry / "cmdline").read_text().replace("\0", " ")[:80]]
-        except OSError:
-            continue
+        with suppress(OSError):
+            if entry.name.isdigit() and (entry / "stat").read_text().rpartition(")")[2].split()[0] != "Z":
+                texts = ((entry / name).read_bytes().decode(errors="replace") for name in ("environ", "cmdline"))
+                found[int(entry.name)] = (next(texts), next(texts))
     return found

@@ -105,7 +105,8 @@ class Ray(Executor):
                 there = NodeAffinitySchedulingStrategy(node["NodeID"], soft=False)
                 do = ray.remote(num_cpus=0, max_retries=0, scheduling_strategy=there)(_do)
                 asked[f"{node['NodeManagerAddress']} (node {node['NodeID'][:8]})"] = do.remote(_call, work)
-        return [(name, _answer(ray, name, answer)) for name, answer in asked.items()]
+        answers = ((name, _answer(ray, name, answer)) for name, answer in asked.items())
+        return [(name, *found) for name, found in answers if found]
 
     def _results(self, tasks: Sequence[Task], work: Callable[[Task], Any]) -> Iterator[tuple[int, bool, Any]]:
         """Yields the place of each task, whether a worker lived through it, and its result or what was said."""
@@ -183,14 +184,16 @@ def _call(work: Callable[[], Result]) -> Result:
     return work()
 
 
-def _answer(ray: Any, name: str, answer: Any) -> Any:
-    """Returns what a machine answers.
+def _answer(ray: Any, name: str, answer: Any) -> tuple[Any, ...]:
+    """Returns what a machine answers, nothing where it is gone, which Ray learns after a while.
 
     Raises:
-        EngineError: it does not.
+        EngineError: it does not answer.
     """
     try:
-        return ray.get(answer, timeout=_CHECKED)
+        return (ray.get(answer, timeout=_CHECKED),)
+    except (ray.exceptions.TaskUnschedulableError, ray.exceptions.NodeDiedError):
+        return ()
     except ray.exceptions.RayTaskError as error:
         raise _own(error) from None
     except ray.exceptions.RayError as error:
@@ -222,7 +225,8 @@ def _require_answer(address: str) -> None:
     except OSError as error:
         raise EngineError(f"executor ray: no answer at address {address!r}: {error.strerror or error}") from error
     except subprocess.SubprocessError as error:
-        said = str(getattr(error, "stderr", "") or "").strip().rpartition("\n")[2].rpartition("Error: ")[2].partition(". ")[0]
+        last = str(getattr(error, "stderr", "") or "").strip().rpartition("\n")[2]
+        said = last.rpartition("Error: ")[2].partition(". ")[0]
         raise EngineError(f"executor ray: no Ray answers at address {address!r}{said and f': {said}'}") from error
 
 
