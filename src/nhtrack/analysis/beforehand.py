@@ -8,7 +8,7 @@ import numpy as np
 
 from nhtrack.analysis.demand import root_predictions
 from nhtrack.analysis.extent import extent_of
-from nhtrack.analysis.motion import root_motion
+from nhtrack.analysis.motion import root_path_of
 from nhtrack.analysis.speedup import rounded_up
 from nhtrack.analysis.time_scale import at_time, leader_time
 from nhtrack.config.degrees import degree_warnings
@@ -107,8 +107,7 @@ def leader_beyond_law(law: Law, scenario: Scenario, experiment: Experiment) -> t
 
 def _root(experiment: Experiment) -> LeaderMotion:
     """Returns the root's motion at the beginning of each control period."""
-    motion = root_motion(experiment)
-    x, y, theta = motion.g[::2].T
-    v, omega, u_x, u_theta = (rates[::2] for rates in motion.rates)
+    (x, y, theta), v, omega = (values[:-1].T for values in root_path_of(experiment))
+    u_x, u_theta = experiment.inputs.T
     aside = np.zeros_like(v)
     return LeaderMotion(x, y, theta, v, aside, omega, u_x, aside, u_theta)
