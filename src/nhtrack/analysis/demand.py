@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from nhtrack.analysis.motion import WHEELS, IdealMotion, motion_of, robots_with_wheels, root_motion
-from nhtrack.analysis.speedup import Binding, binding_of, bindings, rounded_up
+from nhtrack.analysis.speedup import Binding, binding_of, bindings
 from nhtrack.arrays import Array
 from nhtrack.config.scenario import Scenario
 from nhtrack.experiment.build import Experiment
@@ -18,6 +18,7 @@ from nhtrack.experiment.loop import Rollout
 from nhtrack.ground import Ground
 from nhtrack.robots.diff_drive import DiffDrive
 from nhtrack.robots.motor import Motor
+from nhtrack.similarity import rounded_up
 
 _ROUNDING = 1e-9  # over a limit that counts as at it
 
@@ -65,6 +66,15 @@ def demands(experiment: Experiment, run: Rollout, drive: DiffDrive, ground: Grou
 
 def demands_of(robot: str, motion: IdealMotion, drive: DiffDrive, ground: Ground) -> list[PeakDemand]:
     """Returns the most that a motion asks of a robot, quantity by quantity; arguments as in `demands`."""
+    pieces = [_demands_of(robot, piece, drive, ground) for piece in motion.blocks()]
+    return [max(those, key=_size) for those in zip(*pieces, strict=True)]
+
+
+def _size(demand: PeakDemand) -> float:
+    return demand.value if demand.share is None else demand.share
+
+
+def _demands_of(robot: str, motion: IdealMotion, drive: DiffDrive, ground: Ground) -> list[PeakDemand]:
     found = []
     for quantity, values, unit in (
         ("forward_acceleration", np.abs(motion.u_x), "m/s^2"),
