@@ -68,7 +68,7 @@ def main() -> None:
         costs[backend] = _throughput({name: engines[name] for name in given.engines}, given, backend)
     hours = 1e6 * given.duration * costs["mujoco"] / 3600
     print(f"a million runs of {given.duration:g} s on wheels: {hours:.0f} processor hours", end="")
-    print("".join(f", {hours / 16 / k:.1f} h on {k} machines of 16" for k in (1, 4, 16, 64)))
+    print("".join(f", {hours / 16 / k:.1f} h on {k} x 16 cores" for k in (1, 4, 16, 64)))
 
 
 def _empty(engines: dict[str, dict[int, Executor]]) -> None:
