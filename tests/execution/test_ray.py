@@ -15,14 +15,13 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import closing, suppress
 from pathlib import Path
-from typing import Any
 
 import pandas as pd
 import pytest
 
 from nhtrack.config.sweep import Sweep
 from nhtrack.errors import SimulationDiverged
-from nhtrack.execution import Executor, WorkerError, serial
+from nhtrack.execution import WorkerError, serial
 from nhtrack.execution.ray import Ray
 from nhtrack.experiment.load import load, load_campaign, load_sweep
 from nhtrack.studies.campaign.run import run_campaign
@@ -294,19 +293,13 @@ def test_a_driver_that_is_killed_goes_on_and_leaves_nobody_behind(
             time.sleep(0.02)
         driver.kill()
         driver.wait()
-        print(f"{kill}: {len(list(out.glob('parts/*.parquet')))} parts of {parts}")
-        assert len(dict(_soon(cluster))) == 3
+        left = len(list(out.glob("parts/*.parquet")))
+        print(f"{kill}: killed with {left} parts")
+        list(cluster([0.5] * 3, sleeps))  # a task on each processor: none is busy with what was left
+        assert len(list(out.glob("parts/*.parquet"))) <= left + cluster.workers, "what was begun, and no more"
         again = subprocess.run(words, capture_output=True, text=True)
         assert again.returncode == 0, again.stderr
         same(table(out), table(folder / "serial"))
-
-
-def _soon(executor: Executor) -> Any:
-    """Does a task on each processor, for which those of a driver that is gone make room."""
-    began = time.monotonic()
-    done = list(executor([0.5] * 3, sleeps))
-    assert time.monotonic() - began < PATIENCE
-    return done
 
 
 def test_nothing_outlives_a_command_that_started_ray_itself(folder: Path, tmp_path: Path) -> None:
