@@ -95,7 +95,7 @@ def extent_of(experiment: Experiment, *, wheels: bool) -> Extent:
     return Extent(periods, robots, experiment.every, 2 * rows, file, seconds)
 
 
-def part_size(seconds: float, runs: int, workers: int, most: int = _LARGEST, least: float = 0.0) -> int:
+def runs_a_part(seconds: float, runs: int, workers: int, most: int = _LARGEST, least: float = 0.0) -> int:
     """Returns how many of many runs are a part, that one worker does and writes at a time.
 
     Args:

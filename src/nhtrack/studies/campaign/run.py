@@ -11,7 +11,7 @@ from typing import Any, NamedTuple, TypeVar
 
 import pandas as pd
 
-from nhtrack.analysis.extent import extent_of, part_size
+from nhtrack.analysis.extent import extent_of, runs_a_part
 from nhtrack.analysis.machines import require_machines
 from nhtrack.analysis.time_scale import at_time
 from nhtrack.config.campaign import Campaign
@@ -185,7 +185,7 @@ def _part_size(campaign: Campaign, workers: int) -> int:
     families = campaign.family_names
     one = extent_of(build(Cell(sketch, label, families[0]).scenario(0)), wheels=campaign.backend != "ideal")
     runs = campaign.starts.count * len(campaign.laws) * len(families)
-    return part_size(one.bare_seconds, runs, workers, least=_LEAST)
+    return runs_a_part(one.bare_seconds, runs, workers, least=_LEAST)
 
 
 def _free(law: Law) -> Law:

@@ -152,7 +152,7 @@ def seconds_of(plan: Plan) -> float:
 
 def part_size(plan: Plan, workers: int | None = None) -> int:
     """Returns how many runs a part has where so many are done at once; one a core by default."""
-    return extent.part_size(seconds_of(plan), plan.sweep.runs, workers or cores(), most_side_by_side(_sketch(plan)))
+    return extent.runs_a_part(seconds_of(plan), plan.sweep.runs, workers or cores(), most_side_by_side(_sketch(plan)))
 
 
 def _sketch(plan: Plan) -> Experiment:
