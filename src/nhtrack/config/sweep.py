@@ -45,6 +45,7 @@ COLUMNS = ("run", "point", "repeat", "seed", "outcome", "reason")  # of the tabl
 
 
 Bounds: TypeAlias = Annotated[tuple[float, float], Field(strict=False), values_of("least", "largest")]
+Pair: TypeAlias = Annotated[tuple[str, str], Field(strict=False), values_of("one", "other")]
 MeanAndDeviation: TypeAlias = Annotated[tuple[float, float], Field(strict=False), values_of("mean", "deviation")]
 
 
@@ -140,13 +141,24 @@ Axis: TypeAlias = Annotated[
 class Sample(Section):
     """Points drawn in the space of all axes, in place of a grid."""
 
-    method: Literal["sobol", "latin_hypercube", "random"] = Field(
+    method: Literal["sobol", "latin_hypercube", "random", "saltelli"] = Field(
         default="sobol",
         description="`sobol`: a scrambled Sobol sequence, even for a power of two of points; `latin_hypercube`: each "
-        "axis covered evenly; `random`: each point by itself",
+        "axis covered evenly; `random`: each point by itself; `saltelli`: what Sobol indices are reckoned from",
     )
-    count: int = Field(ge=1, le=MOST_RUNS, description="how many points [1]")
+    count: int = Field(
+        ge=1, le=MOST_RUNS, description="how many points; of `saltelli` groups of (axes + 2) points each [1]"
+    )
     seed: int = Field(default=0, ge=0, description="seed of the draw [1]")
+
+    def points(self, axes: int) -> int:
+        """Returns how many points are drawn in the space of so many axes."""
+        return self.count * group_size(self.method, axes)
+
+
+def group_size(method: str, axes: int) -> int:
+    """Returns how many points are drawn together: for Sobol indices two of the cube, and one an axis between them."""
+    return axes + 2 if method == "saltelli" else 1
 
 
 def _path(text: str) -> str:
@@ -208,11 +220,16 @@ class Sweep(Section):
     expressions: dict[
         Annotated[str, AfterValidator(_expression_name)], Annotated[str, AfterValidator(_expression)]
     ] = Field(default={}, description="columns of one's own: formulas of metrics")
+    pareto: Annotated[tuple[Pair, ...], Field(strict=False)] = Field(
+        default=(),
+        description="pairs of columns, metrics or expressions, of which runs are drawn that are best in one for what "
+        "they have of the other; the smaller the better, so that one to be large is an expression with a minus",
+    )
 
     @property
     def points(self) -> int:
         """How many points there are."""
-        return self.sample.count if self.sample is not None else math.prod(len(self.values(key)) for key in self.axes)
+        return self.sample.points(len(self.axes)) if self.sample is not None else math.prod(len(self.values(key)) for key in self.axes)
 
     @property
     def runs(self) -> int:
@@ -264,16 +281,30 @@ def sweep_findings(tree: Any, *_: object) -> Iterator[Finding]:
     for name in expressions if isinstance(expressions, Mapping) else ():
         if name in axes:
             yield ("expressions", name), "an axis has this name; choose another"
+    yield from _unknown_pairs(tree)
     seeded = "seed" in axes
     if seeded and isinstance(repeats := lookup(tree, ("repeats",)), int) and repeats > 1:
         yield ("repeats",), "runs that repeat a point have seeds of their own; leave out this or the axis `seed`"
     yield from _too_many(tree, axes, sample)
 
 
+def _unknown_pairs(tree: Mapping[str, Any]) -> Iterator[Finding]:
+    """Yields names of pairs that are no columns of the table, and pairs of one column."""
+    own, pairs, asked = lookup(tree, ("expressions",), {}), lookup(tree, ("pareto",)), lookup(tree, ("metrics",))
+    columns = [*(asked if isinstance(asked, list) else METRICS), *(own if isinstance(own, Mapping) else ())]
+    for i, pair in enumerate(pairs if isinstance(pairs, list) else ()):
+        for k, name in enumerate(pair if isinstance(pair, list) else ()):
+            if isinstance(name, str) and name not in columns:
+                yield ("pareto", i, k), f"{name!r} is no column of the table; {did_you_mean(name, columns)}"
+        if isinstance(pair, list) and len(pair) == 2 and pair[0] == pair[1]:
+            yield ("pareto", i, 1), "a pair is of two columns; this is the first again"
+
+
 def _too_many(tree: Any, axes: Mapping[str, Any], sample: Any) -> Iterator[Finding]:
     """Yields that there are more runs than anybody waits for."""
     if isinstance(sample, Mapping):
-        points = sample.get("count")
+        count = sample.get("count")
+        points = count * group_size(sample.get("method", ""), len(axes)) if isinstance(count, int) else None
     else:
         points = math.prod(_length(axis) for axis in axes.values())
     repeats = lookup(tree, ("repeats",), 1)

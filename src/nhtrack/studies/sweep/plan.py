@@ -97,9 +97,26 @@ def drawn_shares(sample: Sample, axes: int) -> Array:
     """Returns points of the unit cube, shape (points, axes), the same whatever their scenario."""
     if sample.method == "random":
         return np.random.default_rng(sample.seed).random((sample.count, axes))
+    if sample.method == "saltelli":
+        return _saltelli(sample, axes)
     from scipy.stats import qmc  # only here: it takes a second to import
 
     engine = (qmc.Sobol if sample.method == "sobol" else qmc.LatinHypercube)(axes, rng=sample.seed)
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", "The balance properties of Sobol")  # docs/sweep.md says so
         return np.asarray(engine.random(sample.count))
+
+
+def _saltelli(sample: Sample, axes: int) -> Array:
+    """Returns the points that Sobol indices are reckoned from, shape (count * (axes + 2), axes), group by group.
+
+    A group is a point a, then for each axis a with this coordinate of b, then b (Saltelli et al., Comput. Phys. Commun.
+    181, 2010).
+    """
+    from SALib.sample.sobol import sample as drawn  # only here: it takes a second to import
+
+    cube = {"num_vars": axes, "names": [*map(str, range(axes))], "bounds": [[0.0, 1.0]] * axes}
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", ".*power of 2|The balance properties of Sobol")  # docs/sweep.md says so
+        shares = drawn(cube, sample.count, calc_second_order=False, scramble=True, seed=sample.seed)
+    return np.asarray(shares).clip(0.0, np.nextafter(1.0, 0.0))

@@ -39,6 +39,11 @@ class SweepResults:
         """The rows of runs that were neither lost nor refused."""
         return self.runs[self.runs["outcome"] == COMPLETED]
 
+    @property
+    def varied(self) -> list[str]:
+        """The axes that have more than one value."""
+        return [key for key in self.sweep.axes if self.runs[key].nunique() > 1]
+
     def __repr__(self) -> str:
         """Returns a one-line account."""
         return f"SweepResults({self.sweep.name!r}, {len(self.runs)} runs in {self.folder})"
