@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path as FilePath
 from typing import Any
 
@@ -56,8 +56,12 @@ def trials(sweep: Sweep) -> Iterator[tuple[Path, list[str], list[str]]]:
 
 def change_texts(values: Mapping[str, Any]) -> list[str]:
     """Returns changes as on the command line: sections before what is in them."""
-    ordered = sorted(values, key=lambda key: len(parse_path(key)))
-    return [f"{key}={value_text(values[key])}" for key in ordered]
+    return [f"{key}={value_text(values[key])}" for key in ordered(values)]
+
+
+def ordered(keys: Iterable[str]) -> list[str]:
+    """Returns keys in the order in which they are changed: sections before what is in them."""
+    return sorted(keys, key=lambda key: len(parse_path(key)))
 
 
 def _places(sweep: Sweep, key: str) -> Iterator[tuple[Path, Any]]:

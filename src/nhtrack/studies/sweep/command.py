@@ -26,6 +26,7 @@ def sweep_command(
     processes: Annotated[int | None, typer.Option(min=1, help="How many at once; by default one a core.")] = None,
     no_figures: Annotated[bool, typer.Option("--no-figures", help="Draw no figures.")] = False,
     pdf: Pdf = False,
+    no_report: Annotated[bool, typer.Option("--no-report", help="Write no report.")] = False,
 ) -> None:
     """Run a scenario with many values of some of its keys; stopped, the same command goes on."""
     from nhtrack.experiment.load import load_sweep
@@ -39,7 +40,14 @@ def sweep_command(
     folder = out or Path("runs") / f"sweep-{loaded.name}"
     with noting(f"the same command goes on with what is in {folder}"):
         results = sweep(
-            loaded, out=folder, processes=processes, figures=not no_figures, pdf=pdf, progress=True, tell=print_warning
+            loaded,
+            out=folder,
+            processes=processes,
+            figures=not no_figures,
+            pdf=pdf,
+            report=not no_report,
+            progress=True,
+            tell=print_warning,
         )
     print_results(results, screen())
     for path in results.files:

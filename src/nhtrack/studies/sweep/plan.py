@@ -14,7 +14,7 @@ import pandas as pd
 from nhtrack.arrays import Array
 from nhtrack.config.scenario import Scenario
 from nhtrack.config.sweep import Choices, Sample, Spread, Sweep
-from nhtrack.config.sweep_trials import change_texts
+from nhtrack.config.sweep_trials import change_texts, ordered
 from nhtrack.config.tree import parse_path
 
 SIDE_BY_SIDE = ("start", "seed")  # keys in which runs of one batch may differ, beside numbers of a law
@@ -69,6 +69,11 @@ class Plan:
         point, repeat = divmod(run, self.sweep.repeats)
         seed = {"seed": self.base.seed + repeat} if self.sweep.repeats > 1 else {}
         return change_texts(self.values(point) | seed)
+
+    @property
+    def order(self) -> list[str]:
+        """The keys that runs change, in the order of their changes."""
+        return ordered([*self.sweep.axes, *(["seed"] if self.sweep.repeats > 1 else [])])
 
     def labels(self, runs: Array) -> pd.DataFrame:
         """Returns the columns of the table that say what each of some runs is."""

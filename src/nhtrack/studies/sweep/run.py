@@ -46,6 +46,7 @@ def sweep(
     processes: int | None = None,
     figures: bool = False,
     pdf: bool = False,
+    report: bool = False,
     progress: bool | Observer | None = None,
     tell: Tell | None = None,
 ) -> SweepResults:
@@ -59,6 +60,7 @@ def sweep(
             `if __name__ == "__main__":`.
         figures: whether to draw figures into the folder.
         pdf: whether to draw them for print.
+        report: whether to write its page, `report.html`, and scenario files of its extreme runs.
         progress: as in `nhtrack.run`.
         tell: called with each warning there is before its runs.
 
@@ -70,11 +72,15 @@ def sweep(
     folder = Path("runs") / f"sweep-{loaded.name}" if out is None else Path(out)
     with shown_progress(progress) as stage:
         results = run_sweep(loaded, folder, stage, Processes(processes), tell)
-    if not figures:
-        return results
-    from nhtrack.studies.sweep.figure import save_sweep_figures
+    if figures:
+        from nhtrack.studies.sweep.figure import save_sweep_figures
 
-    return replace(results, files=(*results.files, *save_sweep_figures(results, folder / "figures", pdf=pdf)))
+        results = replace(results, files=(*results.files, *save_sweep_figures(results, folder / "figures", pdf=pdf)))
+    if report:
+        from nhtrack.studies.sweep.report import write_sweep_report
+
+        results = replace(results, files=(*results.files, write_sweep_report(results)))
+    return results
 
 
 def run_sweep(
