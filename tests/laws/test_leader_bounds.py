@@ -11,7 +11,7 @@ from scipy.integrate import solve_ivp
 
 from nhtrack.laws import LeaderMotion, Limits, agile, law_named
 from nhtrack.laws.contract import dimension
-from nhtrack.laws.leader_bounds import errors_left, over_limits
+from nhtrack.laws.leader_bounds import close_to_limits, errors_left, over_limits
 
 PERIOD = 0.01
 MOST = agile.Gains().field_speed / agile.Gains().smoothing
@@ -181,3 +181,18 @@ def test_what_is_left_of_errors_is_that_of_the_linear_equations(duration: float)
     # Velocities at the beginning of each period instead of its middle: a relative error of about one period.
     left = errors_left(PERIOD, leader, a * every, f * every, d * every, across * every, aside * every)
     assert left == pytest.approx(expected, rel=0.02)
+
+
+@pytest.mark.parametrize(
+    ("usual", "peak", "told"), [(1.9, 1.9, 0), (1.92, 1.92, 1), (2.0, 2.0, 1), (2.0, 2.1, 0), (0.5, 2.0, 0)]
+)
+def test_a_leader_that_is_mostly_close_to_a_rate_limit_is_told(usual: float, peak: float, told: int) -> None:
+    omega = np.full(101, usual)
+    omega[7] = peak
+    still = np.zeros_like(omega)
+    leader = LeaderMotion(*[still] * 5, omega, *[still] * 3)
+    found = close_to_limits(Limits(yaw_rate=2.0), leader, 1.05)
+    assert len(found) == told
+    if told:
+        assert f"followers have {2.0 - usual:.2g} rad/s to catch up with" in found[0].says
+        assert found[0].slower == pytest.approx(usual / 2)

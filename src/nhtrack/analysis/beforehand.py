@@ -8,7 +8,7 @@ import numpy as np
 
 from nhtrack.analysis.demand import root_predictions
 from nhtrack.analysis.extent import extent_of
-from nhtrack.analysis.motion import root_motion
+from nhtrack.analysis.motion import root_path_of
 from nhtrack.analysis.speedup import rounded_up
 from nhtrack.analysis.time_scale import at_time, leader_time
 from nhtrack.config.degrees import degree_warnings
@@ -20,7 +20,7 @@ from nhtrack.experiment.build import Experiment, build, make_law
 from nhtrack.experiment.leader_notes import leader_warnings
 from nhtrack.experiment.robot_checks import robot_warnings
 from nhtrack.laws import Law, LeaderMotion, Limits
-from nhtrack.laws.leader_bounds import over_limits
+from nhtrack.laws.leader_bounds import close_to_limits, over_limits
 
 _RESERVE = 1.05  # a leader at its followers' limit is not reached by most of them; one as much slower is
 _ELSE = "agile"  # the law to be tried where another one has a bound
@@ -94,21 +94,23 @@ def leader_beyond_law(law: Law, scenario: Scenario, experiment: Experiment) -> t
     """
     leader = _root(experiment)
     over, time = over_limits(law.limits, experiment.dt, leader), scenario.similarity.time_scale
-    slower = max((each.slower for each in over), default=1.0)
+    close = close_to_limits(law.limits, leader, _RESERVE)
+    slower = max((each.slower for each in (*over, *close)), default=1.0)
     fitting = rounded_up(_RESERVE * time * slower)
     reserve = f"{100 * (_RESERVE - 1):.2g} %"
-    within = f"it is not followed while that lasts; similarity.time {fitting:g} would leave a reserve of {reserve}"
+    remedy = f"similarity.time {fitting:g} would leave a reserve of {reserve}"
+    told = [f"{each.says}: it is not followed while that lasts; {remedy}" for each in over]
+    told += [f"{each.says}; {remedy}" for each in close]
     beyond = law.beyond(experiment.dt, leader)
     other = make_law(law_section(_ELSE)(name=_ELSE), experiment.similarity)
     helps = beyond and law.kind is not other.kind and not other.beyond(experiment.dt, leader)
-    remedy = f"; no such bound is known of law: {{name: {_ELSE}}}" if helps else ""
-    return (*(f"{each.says}: {within}" for each in over), *(f"{said}{remedy}" for said in beyond))
+    instead = f"; no such bound is known of law: {{name: {_ELSE}}}" if helps else ""
+    return (*told, *(f"{said}{instead}" for said in beyond))
 
 
 def _root(experiment: Experiment) -> LeaderMotion:
     """Returns the root's motion at the beginning of each control period."""
-    motion = root_motion(experiment)
-    x, y, theta = motion.g[::2].T
-    v, omega, u_x, u_theta = (rates[::2] for rates in motion.rates)
+    (x, y, theta), v, omega = (values[:-1].T for values in root_path_of(experiment))
+    u_x, u_theta = experiment.inputs.T
     aside = np.zeros_like(v)
     return LeaderMotion(x, y, theta, v, aside, omega, u_x, aside, u_theta)

@@ -65,6 +65,15 @@ def demands(experiment: Experiment, run: Rollout, drive: DiffDrive, ground: Grou
 
 def demands_of(robot: str, motion: IdealMotion, drive: DiffDrive, ground: Ground) -> list[PeakDemand]:
     """Returns the most that a motion asks of a robot, quantity by quantity; arguments as in `demands`."""
+    pieces = [_demands_of(robot, piece, drive, ground) for piece in motion.blocks()]
+    return [max(those, key=_size) for those in zip(*pieces, strict=True)]
+
+
+def _size(demand: PeakDemand) -> float:
+    return demand.value if demand.share is None else demand.share
+
+
+def _demands_of(robot: str, motion: IdealMotion, drive: DiffDrive, ground: Ground) -> list[PeakDemand]:
     found = []
     for quantity, values, unit in (
         ("forward_acceleration", np.abs(motion.u_x), "m/s^2"),

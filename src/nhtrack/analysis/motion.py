@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
@@ -14,6 +15,7 @@ from nhtrack.recording import COMPONENTS
 
 WHEELS = COMPONENTS["wheel"]
 
+_BLOCK = 1 << 15  # rows looked at at once, so that what is worked out of each stays small
 Rates: TypeAlias = tuple[Array, Array, Array, Array]
 
 
@@ -47,13 +49,22 @@ class IdealMotion(NamedTuple):
         zero = np.zeros_like(self.v)
         return zero, zero, zero, zero
 
+    def blocks(self) -> Iterator[IdealMotion]:
+        """Yields the motion in pieces of some rows each, in order."""
+        for first in range(0, len(self.time), _BLOCK):
+            yield IdealMotion(*(values[first : first + _BLOCK] for values in self))
+
 
 def root_motion(experiment: Experiment) -> IdealMotion:
     """Returns how the root of an experiment moves on the ideal model, arrays of shape (k,); nothing is run for it."""
-    start = experiment.start
-    pose, v, omega = root_path(experiment.inputs, experiment.dt, start.g[0], start.xi[0])
+    pose, v, omega = root_path_of(experiment)
     time = _ends(experiment.dt * np.arange(len(v)))
     return IdealMotion(time, _ends(pose), _ends(v), _ends(omega), *np.repeat(experiment.inputs, 2, axis=0).T)
+
+
+def root_path_of(experiment: Experiment) -> tuple[Array, Array, Array]:
+    """Returns poses, shape (k + 1, 3), v and omega of an experiment's root on the ideal model, period by period."""
+    return root_path(experiment.inputs, experiment.dt, experiment.start.g[0], experiment.start.xi[0])
 
 
 def motion_of(run: Rollout, robots: Any = slice(None)) -> IdealMotion:

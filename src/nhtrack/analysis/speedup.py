@@ -131,6 +131,10 @@ def bindings(experiment: Experiment, run: Rollout, drive: DiffDrive, ground: Gro
 
 def binding_of(robot: str, motion: IdealMotion, drive: DiffDrive, ground: Ground) -> Binding:
     """Returns the limit that a robot of one motion meets first; `ground` as in `largest_factors`."""
+    return min((_binding_of(robot, piece, drive, ground) for piece in motion.blocks()), key=lambda each: each.factor)
+
+
+def _binding_of(robot: str, motion: IdealMotion, drive: DiffDrive, ground: Ground) -> Binding:
     factors = largest_factors(motion, drive, ground)
     limit, row, wheel = np.unravel_index(factors.argmin(), factors.shape)
     factor, name = float(factors[limit, row, wheel]), LIMITS[limit]

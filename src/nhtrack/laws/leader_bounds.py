@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from nhtrack.arrays import Array
 from nhtrack.laws.contract import LeaderMotion, Limits
 from nhtrack.settling import LATE
 
@@ -32,10 +33,8 @@ def over_limits(limits: Limits, period: float, leader: LeaderMotion) -> tuple[Ov
 
     Stretched in time by T, velocities fall by T and accelerations by T^2.
     """
-    speed = np.hypot(leader.v_x, leader.v_y)
     rows = (
-        ("|v_0|", speed, limits.speed, "speed", "m/s", 1),
-        ("|omega_0|", np.abs(leader.omega), limits.yaw_rate, "yaw rate", "rad/s", 1),
+        *_rates(limits, leader),
         ("|u_x0|", np.abs(leader.u_x), limits.acceleration, "acceleration", "m/s^2", 2),
         ("|u_theta0|", np.abs(leader.u_theta), limits.yaw_acceleration, "yaw acceleration", "rad/s^2", 2),
     )
@@ -52,6 +51,39 @@ def over_limits(limits: Limits, period: float, leader: LeaderMotion) -> tuple[Ov
                 )
             )
     return tuple(found)
+
+
+def close_to_limits(limits: Limits, leader: LeaderMotion, reserve: float) -> tuple[OverLimit, ...]:
+    """Returns which rates of a leader leave less than a reserve below the limits, most of the time but not above them.
+
+    What a follower is behind, up to a turn of its heading, it makes up with the difference alone.
+
+    Args:
+        limits: that its followers keep.
+        leader: its motion.
+        reserve: how many times a rate a limit is to be.
+    """
+    found = []
+    for symbol, values, limit, name, unit, _ in _rates(limits, leader):
+        most, usual = float(values.max(initial=0.0)), float(np.median(values)) if len(values) else 0.0
+        if usual * reserve > (1 + _ROUNDING) * limit >= most:
+            left = limit - usual
+            found.append(
+                OverLimit(
+                    f"{symbol} is mostly {usual:.3g} {unit}, {100 * usual / limit:.3g} % of the {name} limit of "
+                    f"law.limits: followers have {left:.2g} {unit} to catch up with",
+                    most / limit,
+                )
+            )
+    return tuple(found)
+
+
+def _rates(limits: Limits, leader: LeaderMotion) -> tuple[tuple[str, Array, float, str, str, int], ...]:
+    """Returns speed and yaw rate of a leader: symbol, values, limit, its name, unit, and power of the time scale."""
+    return (
+        ("|v_0|", np.hypot(leader.v_x, leader.v_y), limits.speed, "speed", "m/s", 1),
+        ("|omega_0|", np.abs(leader.omega), limits.yaw_rate, "yaw rate", "rad/s", 1),
+    )
 
 
 def sampled_too_seldom(period: float, inner: float, outer: float) -> tuple[str, ...]:

@@ -1,18 +1,17 @@
-"""A formula in the time as a signal, read by a parser of its own: nothing is handed to Python's `eval`."""
+"""A formula in the time as a signal: arithmetic, of which every construct and name is known before it is compiled."""
 
 from __future__ import annotations
 
 import ast
 import cmath
 import math
-import operator
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import lru_cache
+from types import CodeType
 from typing import Any
 
 import numpy as np
-from simpleeval import InvalidExpression, SimpleEval
 
 from nhtrack.errors import did_you_mean
 from nhtrack.references.contract import ReferenceInputError
@@ -41,32 +40,16 @@ CONSTANTS: dict[str, float] = {"pi": math.pi, "e": math.e}
 _FACTORIALS = np.array([math.factorial(k) for k in range(ORDER + 1)])
 VOCABULARY: tuple[str, ...] = ("t", *CONSTANTS, *FUNCTIONS, "where")
 
-_OPERATORS: dict[type[ast.AST], Callable[..., Any]] = {
-    ast.Add: operator.add,
-    ast.Sub: operator.sub,
-    ast.Mult: operator.mul,
-    ast.Div: operator.truediv,
-    ast.FloorDiv: operator.floordiv,
-    ast.Mod: operator.mod,
-    ast.Pow: operator.pow,
-    ast.USub: operator.neg,
-    ast.UAdd: operator.pos,
-    ast.Not: _as_floats(operator.not_),
-    ast.Eq: _as_floats(operator.eq),
-    ast.NotEq: _as_floats(operator.ne),
-    ast.Lt: _as_floats(operator.lt),
-    ast.LtE: _as_floats(operator.le),
-    ast.Gt: _as_floats(operator.gt),
-    ast.GtE: _as_floats(operator.ge),
-}
 _GRAMMAR: tuple[type[ast.AST], ...] = (
-    *_OPERATORS, ast.Expression, ast.BinOp, ast.UnaryOp, ast.BoolOp, ast.And, ast.Or, ast.Compare, ast.IfExp,
-    ast.Call, ast.Name, ast.Load, ast.Constant,
+    ast.Expression, ast.BinOp, ast.UnaryOp, ast.BoolOp, ast.Compare, ast.IfExp, ast.Call, ast.Name, ast.Load,
+    ast.Constant, ast.Add, ast.Sub, ast.Mult, ast.Div, ast.FloorDiv, ast.Mod, ast.Pow, ast.USub, ast.UAdd, ast.Not,
+    ast.And, ast.Or, ast.Eq, ast.NotEq, ast.Lt, ast.LtE, ast.Gt, ast.GtE,
 )  # fmt: skip
+_FLOAT = "_float"  # no name that a formula may have
 
 
 class _Normalise(ast.NodeTransformer):
-    """Turns `where(c, a, b)` into `a if c else b`, which asks one branch only, and integers into floats."""
+    """Turns `where(c, a, b)` into `a if c else b`, which asks one branch only; whole numbers and truths into floats."""
 
     def visit_Call(self, node: ast.Call) -> ast.AST:
         self.generic_visit(node)
@@ -83,6 +66,18 @@ class _Normalise(ast.NodeTransformer):
         if not isinstance(node.value, (int, float)):  # a bool is an int and fine: `t > 3 or True`
             raise ReferenceInputError(f"only numbers may be written in an expression, got {node.value!r}")
         return ast.copy_location(ast.Constant(_as_float(node.value)), node)
+
+    def visit_Compare(self, node: ast.Compare) -> ast.AST:
+        self.generic_visit(node)
+        return _in_floats(node)
+
+    def visit_UnaryOp(self, node: ast.UnaryOp) -> ast.AST:
+        self.generic_visit(node)
+        return _in_floats(node) if isinstance(node.op, ast.Not) else node
+
+
+def _in_floats(node: ast.expr) -> ast.AST:
+    return ast.copy_location(ast.Call(ast.Name(_FLOAT, ast.Load()), [node], []), node)
 
 
 def _as_float(value: float) -> float:
@@ -149,21 +144,30 @@ def _require_known_names(tree: ast.Expression) -> None:
 class Expression:
     """A formula in the time t, such as `0.15*cos(0.4*t)` or `where(t < 2, 0.5, 0)`.
 
-    The text is parsed once and never handed to Python's `eval`; only arithmetic, comparisons, `a if c else b`
-    and the names of `VOCABULARY` exist in it. A comparison counts 1 where it holds and 0 elsewhere.
+    The text is parsed, and compiled once it is known to hold arithmetic, comparisons, `a if c else b` and the names
+    of `VOCABULARY` only. A comparison counts 1 where it holds and 0 elsewhere.
 
     Attributes:
         text: the formula.
+        is_constant: whether it does not speak of the time.
 
     Raises:
         ReferenceInputError: not a formula, or a name that does not exist.
     """
 
     text: str
-    _tree: ast.Expression = field(init=False, repr=False, compare=False)
+    is_constant: bool = field(init=False, repr=False, compare=False)
+    _code: CodeType = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "_tree", _parse(self.text))
+        tree = _parse(self.text)
+        timed = any(isinstance(node, ast.Name) and node.id == "t" for node in ast.walk(tree))
+        object.__setattr__(self, "is_constant", not timed)
+        object.__setattr__(self, "_code", compile(tree, "<formula>", "eval"))
+
+    def __reduce__(self) -> tuple[type[Expression], tuple[str]]:
+        """Returns how another process makes the same: compiled code cannot be sent."""
+        return Expression, (self.text,)
 
     def __call__(self, t: np.ndarray) -> np.ndarray:
         """Returns the values at the times `t`, both of shape (T,).
@@ -180,14 +184,8 @@ class Expression:
         return _kept_sample(self, times.tobytes()).copy()
 
     def _sample(self, times: np.ndarray) -> np.ndarray:
-        names: dict[str, Any] = dict(CONSTANTS)
-        evaluator = SimpleEval(operators=_OPERATORS, functions=FUNCTIONS, names=names)
-        return np.array([self._value(evaluator, names, float(instant)) for instant in times], dtype=np.float64)
-
-    @property
-    def is_constant(self) -> bool:
-        """Whether the formula does not speak of the time."""
-        return not any(isinstance(node, ast.Name) and node.id == "t" for node in ast.walk(self._tree))
+        of = self._function(FUNCTIONS)
+        return np.fromiter((self._value(of, instant) for instant in times.tolist()), np.float64, times.size)
 
     def derivatives(self, t: np.ndarray) -> np.ndarray:
         """Returns value, first, second and third derivative at the times `t` of shape (T,), shape (T, 4).
@@ -197,29 +195,36 @@ class Expression:
         Raises:
             ReferenceInputError: one of them is not a finite real number at some time.
         """
-        names: dict[str, Any] = dict(CONSTANTS)
-        evaluator = SimpleEval(operators=_OPERATORS, functions=SERIES_FUNCTIONS, names=names)
-        rows = [self._terms(evaluator, names, float(instant)) for instant in t]
+        of = self._function(SERIES_FUNCTIONS)
+        rows = [self._terms(of, instant) for instant in np.asarray(t, dtype=np.float64).tolist()]
         return np.asarray(np.array(rows, dtype=np.float64).reshape(-1, ORDER + 1) * _FACTORIALS)
 
-    def _terms(self, evaluator: SimpleEval, names: dict[str, Any], t: float) -> tuple[float, ...]:
-        names["t"] = moment(t)
-        terms = series(self._evaluated(evaluator, t)).terms
+    def _function(self, functions: Mapping[str, Callable[..., Any]]) -> Callable[[Any], Any]:
+        """Returns the formula as a function of the time, which sees the given functions and the constants only."""
+        names: dict[str, Any] = {"__builtins__": {}, _FLOAT: float, **CONSTANTS, **functions}
+
+        def value(t: Any) -> Any:
+            names["t"] = t
+            return eval(self._code, names)  # of a tree in which `_parse` knows everything
+
+        return value
+
+    def _terms(self, of: Callable[[Any], Any], t: float) -> tuple[float, ...]:
+        terms = series(self._evaluated(of, moment(t), t)).terms
         if any(isinstance(term, complex) or not math.isfinite(term) for term in terms):
             raise ReferenceInputError(f"{self.text!r} has no finite derivatives at t = {t:.6g}", t)
         return terms
 
-    def _value(self, evaluator: SimpleEval, names: dict[str, Any], t: float) -> float:
-        names["t"] = t
-        value = self._evaluated(evaluator, t)
+    def _value(self, of: Callable[[Any], Any], t: float) -> float:
+        value = self._evaluated(of, t, t)
         if isinstance(value, complex) or not cmath.isfinite(value):
             raise ReferenceInputError(f"{self.text!r} is {value} at t = {t:.6g}, not a finite number", t)
         return float(value)
 
-    def _evaluated(self, evaluator: SimpleEval, t: float) -> Any:
+    def _evaluated(self, of: Callable[[Any], Any], at: Any, t: float) -> Any:
         try:
-            return evaluator.eval(self.text, previously_parsed=self._tree.body)
-        except (ArithmeticError, ValueError, TypeError, InvalidExpression) as error:
+            return of(at)
+        except (ArithmeticError, ValueError, TypeError) as error:
             raise ReferenceInputError(f"{self.text!r} has no value at t = {t:.6g}: {_reason(error)}", t) from None
 
 
