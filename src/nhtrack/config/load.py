@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import copy
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -186,7 +185,7 @@ class Loader:
         Raises:
             ScenarioError: everything wrong with it.
         """
-        document = Document(copy.deepcopy(dict(tree)))
+        document = Document(dict(tree))  # changes are made in a copy
         return self._read_document(document, source, directory or FilePath.cwd(), overrides, _SCENARIO)
 
     def _read_document(
@@ -205,7 +204,6 @@ class Loader:
         if form is _SCENARIO and is_sweep(document.tree):
             raise ScenarioError(source, [_SWEEP_FAULT])
         tree = apply_overrides(document.tree, overrides)
-        changed = {parse_override(text)[0]: text for text in overrides}
         tree, problems = with_named_files(tree, directory)
         loaded, error = _validated(form.model, tree)
         if error is not None and (numbers := formulas_in(tree, error)):
@@ -216,6 +214,7 @@ class Loader:
         known = {path for path, _ in problems}
         found = form.findings(tree, directory, self.checks)
         problems += [(path, message) for path, message in found if path not in known]
+        changed = {parse_override(text)[0]: text for text in overrides} if problems else {}
         faults = document.faults + [
             _placed(path, message, document, changed) for path, message in problems if path not in document.unreadable
         ]
