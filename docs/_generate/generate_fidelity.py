@@ -17,13 +17,13 @@ from rich.progress import Progress, track
 from nhtrack import assets
 from nhtrack.colours import INK
 from nhtrack.plots.style import panel_title, styled
+from nhtrack.recording.versions import versions
 from nhtrack.simulation.contact import FrictionRow
 from nhtrack.simulation.mujoco import MujocoSimulation
 from nhtrack.studies.fidelity import suite
 from nhtrack.studies.fidelity.bench import Bench, Finding
 from nhtrack.studies.fidelity.motion import drive_open_loop, open_loop_error, state_of, weave_within
 from nhtrack.studies.fidelity.open_loop import SHARE, TIMESTEPS, path_length, step_errors
-from nhtrack.studies.run.run import versions
 
 PAGE = Path(__file__).resolve().parents[1] / "fidelity.md"
 FIGURES = PAGE.with_name("figures")

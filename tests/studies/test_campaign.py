@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import shutil
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +16,8 @@ from nhtrack.config.campaign import Campaign, Starts
 from nhtrack.config.edit import scenario_text
 from nhtrack.config.families import FAMILIES, RANDOM
 from nhtrack.errors import SimulationDiverged
+from nhtrack.execution import Done, Serial
+from nhtrack.execution.contract import Result, Task
 from nhtrack.experiment.build import build
 from nhtrack.experiment.load import load_campaign, load_text
 from nhtrack.experiment.recorder import Shape
@@ -23,7 +25,6 @@ from nhtrack.recording import Recording
 from nhtrack.simulation.mujoco import MujocoSimulation
 from nhtrack.simulation.scene import make_scene
 from nhtrack.simulation.state import State
-from nhtrack.studies.campaign import parts
 from nhtrack.studies.campaign import run as campaigns
 from nhtrack.studies.campaign.cell import Cell
 from nhtrack.studies.campaign.draw import draw_pieces, draw_starts
@@ -308,46 +309,36 @@ def test_the_worst_run_is_a_lost_one_then_the_farthest_then_the_slowest() -> Non
 TUNED = "tuning={laws: [k], budget: 8, starts: 2}"
 
 
-class Here:
+class Here(Serial):
     """Does the work of campaigns in this process; keeps the files written, in the order of the work."""
 
     def __init__(self) -> None:
         self.files: list[Path] = []
 
-    def __call__(self, tasks: list[parts.Part], work: Callable[[parts.Part], None], *_: object) -> None:
-        for task in tasks:
-            self.files.append(task.path)
-            work(task)
+    def __call__(self, tasks: Sequence[Task], work: Callable[[Task], Result]) -> Done[Result]:
+        self.files += [task.path for task in tasks]
+        yield from super().__call__(tasks, work)
 
 
 @pytest.fixture(scope="module")
 def done(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Returns the folder of a campaign that was run."""
     folder = tmp_path_factory.mktemp("campaign")
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(campaigns, "_all", Here())
-        run_campaign(case(folder, TUNED), folder / "out")
+    run_campaign(case(folder, TUNED), folder / "out", executor=Here())
     return folder
 
 
-@pytest.fixture
-def asked(monkeypatch: pytest.MonkeyPatch) -> list[Path]:
-    """Returns the files that campaigns write, as they write them."""
-    here = Here()
-    monkeypatch.setattr(campaigns, "_all", here)
-    return here.files
-
-
 @pytest.mark.slow
-def test_a_campaign_goes_on_where_it_was_left(done: Path, asked: list[Path]) -> None:
+def test_a_campaign_goes_on_where_it_was_left(done: Path) -> None:
+    here = Here()
     out = done / "out"
     runs, cells = (out / "runs.parquet").read_bytes(), (out / "cells.csv").read_bytes()
     parts = sorted((out / "parts").iterdir())
     assert len(parts) == 4
     parts[1].unlink()
     (out / "runs.parquet").unlink()
-    results = run_campaign(case(done, TUNED), out)
-    assert asked == [parts[1]]
+    results = run_campaign(case(done, TUNED), out, executor=here)
+    assert here.files == [parts[1]]
     assert (out / "runs.parquet").read_bytes() == runs
     assert (out / "cells.csv").read_bytes() == cells
     assert len(results.runs) == 24
@@ -379,7 +370,8 @@ def test_another_campaign_is_not_mixed_in(done: Path, tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_gains_are_tuned_once_and_taken_over(done: Path, tmp_path: Path, asked: list[Path]) -> None:
+def test_gains_are_tuned_once_and_taken_over(done: Path, tmp_path: Path) -> None:
+    here = Here()
     first = Path(shutil.copytree(done / "out", tmp_path / "first"))
     cells = pd.read_csv(first / "cells.csv").set_index(["law", "family"])
     for family in ("sinus", "random"):
@@ -389,11 +381,11 @@ def test_gains_are_tuned_once_and_taken_over(done: Path, tmp_path: Path, asked: 
         assert {name: float(value) for name, value in shown.items()} == gains
         account.write_text(json.dumps({"gains": gains | {"k_x": 7.0}}))
     other = case(tmp_path, TUNED, "starts={count: 1, seed: 8}")
-    second = run_campaign(other, tmp_path / "second", tuned_by=first)
+    second = run_campaign(other, tmp_path / "second", executor=here, tuned_by=first)
     taken = second.cells.set_index("law").loc["k", "gains"]
     assert all("k_x=7 " in gains for gains in taken)
     assert load_text(second.worst["k"].read_text()).law.k_x == 7.0
-    assert {path.parent.name for path in asked} == {"parts"}
+    assert {path.parent.name for path in here.files} == {"parts"}
     other = case(tmp_path, TUNED, "families=[rest]", "duration=20")
     with pytest.raises(CampaignError, match=r"duration, families differ"):
         run_campaign(other, tmp_path / "third", tuned_by=first)

@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from nhtrack.config.campaign import Campaign
+from nhtrack.execution import serial
 from nhtrack.experiment.load import load_campaign
 from nhtrack.studies.campaign.beforehand import campaign_beforehand
 from nhtrack.studies.campaign.cell import Cell
@@ -75,7 +76,7 @@ def test_a_campaign_tells_before_its_runs_and_in_its_report(tmp_path: Path) -> N
     path, heard = tmp_path / "case.yaml", list[str]()
     path.write_text(CASE)
     campaign = load_campaign(path, ["backend=ideal", "duration=2", "arrival.last=1"])
-    results = run_campaign(campaign, tmp_path / "out", processes=1, tell=heard.append)
+    results = run_campaign(campaign, tmp_path / "out", executor=serial, tell=heard.append)
     assert heard == list(results.warnings) == list(campaign_beforehand(campaign)) != []
     assert "above the speed limit" in write_campaign_report(results).read_text()
 

@@ -22,6 +22,9 @@ _ROWS = 200  # [bytes] a row of what is looked at of one robot
 _COORDINATES = 9  # MuJoCo's, of one robot, about
 _SPARE = 1.1  # room that is asked for over room that is needed
 _LARGE = 1e9  # [bytes] of a recording from which on it is said how to have less
+_PART = 10.0  # [s] about, that a part of many runs takes: what is lost when stopped
+_LARGEST = 500  # runs of a part
+_SHARES = 4  # parts a worker at least, where there are so many runs: the last ones are then short
 _NOTED = 30.0  # [s] from which on it is said how long a run takes
 
 
@@ -52,6 +55,11 @@ class Extent(NamedTuple):
         """Returns how much memory the process takes [bytes], about, its rows in a file or not."""
         rows = _ROWS * self.periods / self.every if in_file else 2.5 * self.rows
         return _BASE + _PERIODS * self.periods + rows
+
+    @property
+    def bare_seconds(self) -> float:
+        """How long the run takes where nothing of it is written or drawn [s]."""
+        return self.seconds - BYTE * self.file
 
     @property
     def is_large(self) -> bool:
@@ -85,6 +93,20 @@ def extent_of(experiment: Experiment, *, wheels: bool) -> Extent:
     seconds = _PERIOD * steps + BYTE * file
     seconds += wheels * _PHYSICS_STEP * steps * experiment.dt / experiment.scene.timestep
     return Extent(periods, robots, experiment.every, 2 * rows, file, seconds)
+
+
+def part_size(seconds: float, runs: int, workers: int, most: int = _LARGEST, least: float = 0.0) -> int:
+    """Returns how many of many runs are a part, that one worker does and writes at a time.
+
+    Args:
+        seconds: of a run on one core, about.
+        runs: how many there are.
+        workers: how many parts are done at once.
+        most: how many may be a part.
+        least: seconds of a part that it is not worth to go below, where it begins with what takes long.
+    """
+    shares = max(-(-runs // (_SHARES * workers)), int(least / seconds))
+    return max(1, min(_LARGEST, most, int(_PART / seconds), shares))
 
 
 def require_room(extent: Extent, folder: Path | None) -> bool:

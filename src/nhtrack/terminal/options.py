@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from nhtrack.execution import engine_names
+
 if TYPE_CHECKING:
     from nhtrack.config.scenario import Scenario
 
@@ -25,6 +27,17 @@ Changes = Annotated[
 
 Trust = Annotated[
     bool, typer.Option("--trust", help="Run the law that a recording brings along: code of whoever wrote it.")
+]
+
+Engine = Annotated[
+    str, typer.Option("--executor", metavar="NAME", help=f"What does the work: {', '.join(engine_names())}.")
+]
+Address = Annotated[
+    str | None,
+    typer.Option(metavar="HOST:PORT", help="Of the Ray cluster that this machine belongs to; `auto` finds it."),
+]
+Workers = Annotated[
+    int | None, typer.Option("--processes", min=1, help="How many at once; by default one a core.")
 ]
 
 

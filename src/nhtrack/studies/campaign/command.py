@@ -9,7 +9,7 @@ import typer
 
 from nhtrack.errors import noting
 from nhtrack.terminal.app import app
-from nhtrack.terminal.options import Changes, Pdf
+from nhtrack.terminal.options import Address, Changes, Engine, Pdf, Workers
 from nhtrack.terminal.screen import print_how_laws_run, print_warning, screen
 
 
@@ -24,12 +24,15 @@ def campaign_command(
         Path | None,
         typer.Option(metavar="DIR", exists=True, file_okay=False, help="Take the gains that this campaign has tuned."),
     ] = None,
-    processes: Annotated[int | None, typer.Option(min=1, help="How many at once; by default one a core.")] = None,
+    engine: Engine = "processes",
+    address: Address = None,
+    processes: Workers = None,
     no_figures: Annotated[bool, typer.Option("--no-figures", help="Draw no figures.")] = False,
     pdf: Pdf = False,
     no_report: Annotated[bool, typer.Option("--no-report", help="Write no report.")] = False,
 ) -> None:
     """Try laws against references from many random starts; stopped, the same command goes on."""
+    from nhtrack.execution import executor_of
     from nhtrack.experiment.load import load_campaign
     from nhtrack.studies.campaign.run import campaign
     from nhtrack.studies.campaign.screen import print_results
@@ -42,7 +45,7 @@ def campaign_command(
             loaded,
             out=folder,
             tuned_by=tuned_by,
-            processes=processes,
+            executor=executor_of(engine, processes, address),
             figures=not no_figures,
             pdf=pdf,
             report=not no_report,

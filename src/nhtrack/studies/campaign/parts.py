@@ -12,8 +12,6 @@ from nhtrack.studies.campaign.cell import Cell
 from nhtrack.studies.campaign.outcomes import run_outcomes
 from nhtrack.studies.campaign.tables import rows_of, save_runs
 
-PART = {"ideal": 1000, "mujoco": 250}  # starts in a part: few enough for the caches, and to lose little when stopped
-
 
 class Part(NamedTuple):
     """Some starts of a cell, and the file their rows are written to."""
@@ -33,9 +31,9 @@ def run_starts(cell: Cell, starts: slice) -> pd.DataFrame:
     return rows_of(cell, starts.start, run_outcomes(cell.campaign, cell.experiment(starts)))
 
 
-def parts_of(cell: Cell, folder: Path) -> Iterator[Part]:
-    """Yields a cell in parts."""
-    count, size = cell.campaign.starts.count, PART[cell.campaign.backend]
+def parts_of(cell: Cell, folder: Path, size: int) -> Iterator[Part]:
+    """Yields a cell in parts of at most so many starts."""
+    count = cell.campaign.starts.count
     for first in range(0, count, size):
         name = f"{slug(cell.label)}-{slug(cell.family)}-{first}.parquet"
         yield Part(cell, slice(first, min(first + size, count)), folder / "parts" / name)

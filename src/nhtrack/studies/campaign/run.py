@@ -11,34 +11,40 @@ from typing import Any, NamedTuple, TypeVar
 
 import pandas as pd
 
+from nhtrack.analysis.extent import extent_of, part_size
+from nhtrack.analysis.machines import require_machines
 from nhtrack.analysis.time_scale import at_time
 from nhtrack.config.campaign import Campaign
 from nhtrack.config.changes import overrides_of
 from nhtrack.config.edit import scenario_text
+from nhtrack.config.law_sections import Law
 from nhtrack.config.similarity_section import SimilaritySection
 from nhtrack.errors import NhtrackError
-from nhtrack.execution import Processes
+from nhtrack.execution import Executor, Processes
+from nhtrack.experiment.build import build
 from nhtrack.experiment.compile import compile_once
 from nhtrack.experiment.load import load_campaign
 from nhtrack.experiment.loop import Progress
+from nhtrack.files.appeared import wait_for
 from nhtrack.files.atomic import atomic_path
 from nhtrack.files.folder import is_used, save_json
+from nhtrack.recording.versions import versions
 from nhtrack.studies.campaign.beforehand import campaign_beforehand
 from nhtrack.studies.campaign.cell import Cell
-from nhtrack.studies.campaign.parts import parts_of, run_part, slug
+from nhtrack.studies.campaign.parts import Part, parts_of, run_part, slug
 from nhtrack.studies.campaign.result import CampaignResults, write_campaign_report
 from nhtrack.studies.campaign.tables import cells_of, save_cells, save_runs, worst_first
 from nhtrack.studies.feasibility.run import fitting_time
-from nhtrack.studies.run.run import versions
 from nhtrack.studies.tune.run import find_gains
 from nhtrack.terminal.progress import Observer, Stage, Tell, shown_progress
 
 # What gains depend on, with the time scale; neither backend nor starts.
 _TUNED_BY = ("duration", "robot", "physics", "control_rate", "delay", "noise", "laws", "families", "tuning")
 
+_LEAST = 1.0  # [s] of a part: its scene and its law are made first
+
 Key = tuple[str, str]
-Task = TypeVar("Task")
-Result = TypeVar("Result")
+Task = TypeVar("Task", Part, "_Search")
 
 
 class CampaignError(NhtrackError):
@@ -52,6 +58,7 @@ def campaign(
     set: Mapping[str, Any] | Iterable[str] = (),
     tuned_by: str | Path | None = None,
     processes: int | None = None,
+    executor: Executor | None = None,
     figures: bool = False,
     pdf: bool = False,
     report: bool = False,
@@ -67,6 +74,7 @@ def campaign(
         tuned_by: folder of a campaign whose gains are taken.
         processes: how many at once, one for each core by default; a script that asks for more than one needs
             `if __name__ == "__main__":`.
+        executor: what does the runs in place of processes, such as `nhtrack.execution.executor_of("ray")`.
         figures: whether to draw figures into the folder.
         pdf: whether to draw them for print.
         report: whether to write the report.
@@ -78,11 +86,13 @@ def campaign(
         CampaignError: the folder holds another campaign, or what was tuned is not the same.
         FeasibilityError: `time: auto`, and no time scale fits.
         TuningError: a law to be tuned has no ranges.
+        EngineError, MachineError: the executor cannot be had, or its machines are not like this one.
     """
     loaded = source if isinstance(source, Campaign) else load_campaign(source, overrides_of(set=set))
     folder = Path("runs") / f"campaign-{loaded.name}" if out is None else Path(out)
+    taken = None if tuned_by is None else Path(tuned_by)
     with shown_progress(progress) as stage:
-        results = run_campaign(loaded, folder, stage, processes, None if tuned_by is None else Path(tuned_by), tell)
+        results = run_campaign(loaded, folder, stage, executor or Processes(processes), taken, tell)
     written = list(results.files)
     if figures:
         from nhtrack.studies.campaign.plots import save_campaign_figures
@@ -98,7 +108,7 @@ def run_campaign(
     campaign: Campaign,
     folder: Path,
     stage: Stage | None = None,
-    processes: int | None = None,
+    executor: Executor | None = None,
     tuned_by: Path | None = None,
     tell: Tell | None = None,
 ) -> CampaignResults:
@@ -111,7 +121,7 @@ def run_campaign(
         campaign: what to run.
         folder: where to; one that holds another campaign is refused.
         stage: called with the name of each stage; returns what to report its progress to.
-        processes: how many at once; one for each core by default.
+        executor: what does the parts; processes, one for each core, by default. Its machines share the folder.
         tuned_by: folder of a campaign whose gains are taken: the same laws, families, time scale and tuning.
         tell: called with each warning there is before its runs.
 
@@ -119,20 +129,24 @@ def run_campaign(
         CampaignError: the folder holds another campaign, or what was tuned is not the same.
         FeasibilityError: `time: auto`, and no time scale fits.
         TuningError: a law to be tuned has no ranges.
+        EngineError, MachineError: the executor cannot be had, or its machines are not like this one.
     """
+    executor = executor or Processes()
+    workers = executor.workers
     report = stage or (lambda name: lambda done, total: None)
     compile_once(stage)
-    campaign = _claim(campaign, folder, report)
+    require_machines(executor, folder, campaign.model_dump(mode="json"))
+    campaign, size = _claim(campaign, folder, report, workers)
     if tuned_by is not None:
         _take_gains(campaign, tuned_by, folder)
-    gains = _tuned(campaign, folder, report("tuning"), processes)
+    gains = _tuned(campaign, folder, report("tuning"), executor)
     warnings = campaign_beforehand(campaign, gains)
     if tell is not None:
         for warning in warnings:
             tell(warning)
     cells = {key: Cell(campaign, *key, gains.get(key, {})) for key in product(campaign.laws, campaign.family_names)}
-    parts = [part for cell in cells.values() for part in parts_of(cell, folder)]
-    _all([part for part in parts if not part.path.exists()], run_part, report("runs"), processes)
+    parts = [part for cell in cells.values() for part in parts_of(cell, folder.absolute(), size)]
+    _all([part for part in parts if not part.path.exists()], run_part, report("runs"), executor)
     runs = pd.concat([pd.read_parquet(part.path) for part in parts], ignore_index=True)
     limits = {"position_limit": campaign.arrival.position, "heading_limit": campaign.arrival.heading}
     table = cells_of(runs, gains, backend=campaign.backend, **limits)
@@ -140,8 +154,10 @@ def run_campaign(
     return CampaignResults(campaign, runs, table, _worst(cells, runs, folder / "worst"), folder, files, warnings)
 
 
-def _claim(campaign: Campaign, folder: Path, report: Callable[[str], Progress]) -> Campaign:
-    """Returns the campaign with its time scale, after its account is written or found to be the same."""
+def _claim(
+    campaign: Campaign, folder: Path, report: Callable[[str], Progress], workers: int
+) -> tuple[Campaign, int]:
+    """Returns the campaign with its time scale, and starts a part, after its account is written or found the same."""
     used, account = is_used(folder), folder / "campaign.json"
     asked = campaign.model_dump(mode="json")
     if account.is_file():
@@ -150,13 +166,31 @@ def _claim(campaign: Campaign, folder: Path, report: Callable[[str], Progress]) 
             raise CampaignError(f"{folder} holds another campaign; choose another --out")
         if held.get("laws", {}) != _hashes(campaign):
             raise CampaignError(f"{folder} was begun with another text of a law's file; choose another --out")
-        return at_time(campaign, float(held["time_scale"]))
+        if "part" not in held:
+            raise CampaignError(f"{folder} was begun by an earlier version, in other parts; choose another --out")
+        return at_time(campaign, float(held["time_scale"])), int(held["part"])
     if used:
         raise CampaignError(f"{folder} exists already and holds no campaign; choose another --out")
     campaign = at_fitting_time(campaign, report("time scale"))
     begun = {"asked": asked, "time_scale": campaign.similarity.time_scale, "laws": _hashes(campaign)}
-    save_json(account, begun | {"versions": versions()})
-    return campaign
+    size = _part_size(campaign, workers)
+    save_json(account, begun | {"part": size, "versions": versions()})
+    return campaign, size
+
+
+def _part_size(campaign: Campaign, workers: int) -> int:
+    """Returns how many starts a part has where so many parts are done at once, by what one of them takes."""
+    label, law = next(iter(campaign.laws.items()))
+    sketch = campaign.model_copy(update={"laws": {label: _free(law)}})
+    families = campaign.family_names
+    one = extent_of(build(Cell(sketch, label, families[0]).scenario(0)), wheels=campaign.backend != "ideal")
+    runs = campaign.starts.count * len(campaign.laws) * len(families)
+    return part_size(one.bare_seconds, runs, workers, least=_LEAST)
+
+
+def _free(law: Law) -> Law:
+    """Returns a law without its limits, which leave it nothing where its floor or motors do not."""
+    return law.model_copy(update={"limits": None}) if "limits" in type(law).model_fields else law
 
 
 def _hashes(campaign: Campaign) -> dict[str, str]:
@@ -176,10 +210,9 @@ def at_fitting_time(campaign: Campaign, progress: Progress | None = None) -> Cam
     if campaign.similarity.time != "auto":
         return campaign
     label, law = next(iter(campaign.laws.items()))
-    free = law.model_copy(update={"limits": None}) if "limits" in type(law).model_fields else law
     starts = campaign.starts.model_copy(update={"count": campaign.probes})
     guess = SimilaritySection(length=campaign.similarity.length, friction_margin=campaign.similarity.friction_margin)
-    probe = campaign.model_copy(update={"laws": {label: free}, "starts": starts, "similarity": guess})
+    probe = campaign.model_copy(update={"laws": {label: _free(law)}, "starts": starts, "similarity": guess})
     times = []
     for done, family in enumerate(campaign.family_names):
         scenario = Cell(probe, label, family).scenario(*range(campaign.probes), virtual=False)
@@ -189,16 +222,16 @@ def at_fitting_time(campaign: Campaign, progress: Progress | None = None) -> Cam
     return at_time(campaign, max(times))
 
 
-def _tuned(campaign: Campaign, folder: Path, progress: Progress, processes: int | None) -> dict[Key, dict[str, float]]:
+def _tuned(campaign: Campaign, folder: Path, progress: Progress, executor: Executor) -> dict[Key, dict[str, float]]:
     """Returns the gains of the laws to be tuned, by label and family, searched where they are not there yet."""
     if campaign.tuning is None:
         return {}
     searches = {
-        (label, family): _Search(campaign, label, at, folder / "tuning" / f"{slug(f'{label}-{at}')}.json")
+        (label, family): _Search(campaign, label, at, folder.absolute() / "tuning" / f"{slug(f'{label}-{at}')}.json")
         for label, (family, at) in product(campaign.tuning.laws, campaign.tuned_at.items())
     }
     missing = {search.path: search for search in searches.values() if not search.path.exists()}
-    _all(list(missing.values()), _search, progress, processes)
+    _all(list(missing.values()), _search, progress, executor)
     return {key: json.loads(search.path.read_text())["gains"] for key, search in searches.items()}
 
 
@@ -235,10 +268,11 @@ def _search(search: _Search) -> None:
     save_json(search.path, {"gains": found.gains, "account": found.account, "leaves": found.leaves})
 
 
-def _all(tasks: list[Task], work: Callable[[Task], Result], progress: Progress, processes: int | None) -> None:
-    """Does tasks side by side in processes; what is done when one fails is on disk and stays."""
-    for done, _ in enumerate(Processes(processes)(tasks, work), start=1):
+def _all(tasks: list[Task], work: Callable[[Task], None], progress: Progress, executor: Executor) -> None:
+    """Does tasks side by side and sees their files; what is done when one fails is on disk and stays."""
+    for done, _ in enumerate(executor(tasks, work), start=1):
         progress(done, len(tasks))
+    wait_for(task.path for task in tasks)
 
 
 def _worst(cells: Mapping[Key, Cell], runs: pd.DataFrame, folder: Path) -> dict[str, Path]:

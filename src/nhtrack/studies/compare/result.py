@@ -13,10 +13,10 @@ import numpy as np
 from nhtrack.config.scenario import Scenario
 from nhtrack.presentation.shown import Room
 from nhtrack.recording import Recording
+from nhtrack.recording.versions import versions
 from nhtrack.settling import settling_limits
 from nhtrack.studies.compare.ranking import Standing, best, standing
 from nhtrack.studies.run.result import Outcome
-from nhtrack.studies.run.run import versions
 from nhtrack.studies.tune.box import require_budget
 from nhtrack.studies.tune.objective import Objective, ObjectiveError
 from nhtrack.studies.tune.result import Tuning

@@ -11,6 +11,7 @@ import typer
 
 from nhtrack.presentation.result_table import Look, ResultTable, TableRow
 from nhtrack.terminal.app import EXIT_ERROR, app
+from nhtrack.terminal.options import Address, Engine, Workers
 from nhtrack.terminal.progress import shown_progress
 from nhtrack.terminal.screen import rich_table, screen
 
@@ -36,9 +37,13 @@ def fidelity(
     out: Annotated[Path | None, typer.Option(help="Results folder; by default a fresh runs/fidelity-<n>/.")] = None,
     no_report: Annotated[bool, typer.Option("--no-report", help="Write nothing: neither report nor table.")] = False,
     force: Annotated[bool, typer.Option("--force", help="Write into a results folder that exists.")] = False,
+    engine: Engine = "processes",
+    address: Address = None,
+    processes: Workers = None,
 ) -> None:
     """Measure robots against mechanics and the ideal model; exit 1 where a budget is broken and nothing explains it."""
     from nhtrack.errors import did_you_mean
+    from nhtrack.execution import executor_of
     from nhtrack.experiment.compile import compile_once
     from nhtrack.files.folder import claimed_folder
     from nhtrack.simulation.robot_models import load_robot
@@ -50,11 +55,12 @@ def fidelity(
     for robot in robots or ():
         load_robot(robot)  # a misspelt one is told before anything is measured
     wanted = tasks(robots, checks or (QUICK if quick else None))
+    executor = executor_of(engine, processes, address)
     claimed = contextlib.nullcontext() if no_report else claimed_folder("fidelity", out, force)
     with claimed as folder:
         with shown_progress() as stage:
             compile_once(stage)
-            findings = run_suite(wanted, stage("fidelity"))
+            findings = run_suite(wanted, stage("fidelity"), executor)
         if as_json:
             typer.echo(json.dumps([finding.row for finding in findings], indent=2, allow_nan=False))
         else:

@@ -9,10 +9,12 @@ from pathlib import Path
 from typing import NamedTuple, TypeAlias
 
 from nhtrack import assets
+from nhtrack.analysis.machines import require_machines
 from nhtrack.errors import SimulationDiverged
-from nhtrack.execution import Processes
+from nhtrack.execution import Executor, Processes
 from nhtrack.experiment.loop import Progress
 from nhtrack.files.folder import save_json
+from nhtrack.recording.versions import versions
 from nhtrack.studies.fidelity import (
     casters,
     closed_loop,
@@ -25,7 +27,6 @@ from nhtrack.studies.fidelity import (
     slip,
 )
 from nhtrack.studies.fidelity.bench import Bench, Finding
-from nhtrack.studies.run.run import versions
 
 Check: TypeAlias = Callable[[Bench], Iterator[Finding]]
 
@@ -101,17 +102,24 @@ def _group_of(check: str) -> str:
     return names.get(CHECKS[check].__module__, "")
 
 
-def run_suite(wanted: list[Task], progress: Progress | None = None, processes: int | None = None) -> list[Finding]:
-    """Returns the findings of tasks, in their order, measured in as many processes as there are cores.
+def run_suite(
+    wanted: list[Task], progress: Progress | None = None, executor: Executor | None = None
+) -> list[Finding]:
+    """Returns the findings of tasks, in their order.
 
     Args:
         wanted: what to measure.
         progress: called with the tasks done and their number.
-        processes: how many at once.
+        executor: what measures; processes, one for each core, by default.
+
+    Raises:
+        EngineError, MachineError: the executor cannot be had, or its machines are not like this one.
     """
+    executor = executor or Processes()
+    require_machines(executor, None, [task.robot for task in wanted])
     order = sorted(wanted, key=lambda task: task.check not in _LONGEST_FIRST)
     found: dict[Task, tuple[Finding, ...]] = {}
-    for place, findings in Processes(processes)(order, measure):
+    for place, findings in executor(order, measure):
         found[order[place]] = findings
         if progress is not None:
             progress(len(found), len(wanted))

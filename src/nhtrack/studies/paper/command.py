@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 
 from nhtrack.terminal.app import app
-from nhtrack.terminal.options import Backend, Pdf
+from nhtrack.terminal.options import Address, Backend, Engine, Pdf, Workers
 from nhtrack.terminal.progress import shown_progress
 
 
@@ -30,6 +30,9 @@ def paper(
             help="Redraw what is recorded there; run nothing.",
         ),
     ] = None,
+    engine: Engine = "processes",
+    address: Address = None,
+    processes: Workers = None,
     pdf: Pdf = False,
     no_report: Annotated[bool, typer.Option("--no-report", help="Write no report.")] = False,
     force: Annotated[bool, typer.Option("--force", help="Write into a results folder that exists.")] = False,
@@ -37,6 +40,7 @@ def paper(
     """Run the paper's five examples and draw all of its figures on one page, as Markdown and as a report."""
     if not re.fullmatch(r"\d+(,\d+)*", examples):
         raise typer.BadParameter(f"expected numbers such as 1,4, got {examples!r}", param_hint="--examples")
+    from nhtrack.execution import executor_of
     from nhtrack.studies.paper.examples import ExampleError, examples_of
     from nhtrack.studies.paper.run import reproduce
 
@@ -54,6 +58,7 @@ def paper(
             report=not no_report,
             overwrite=force,
             stage=stage,
+            executor=executor_of(engine, processes, address),
         )
     for file in written:
         typer.echo(f"wrote {file}")

@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import product
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
+from nhtrack.analysis.machines import require_machines
 from nhtrack.config.values import Backend
 from nhtrack.errors import RecordingError, noting
+from nhtrack.execution import Executor, Processes
+from nhtrack.experiment.compile import compile_once
 from nhtrack.experiment.load import load
+from nhtrack.files.appeared import wait_for
 from nhtrack.files.atomic import atomic_path
 from nhtrack.files.folder import claimed_folder
 from nhtrack.recording import Recording
@@ -34,6 +39,7 @@ def reproduce(
     report: bool = True,
     overwrite: bool = False,
     stage: Stage | None = None,
+    executor: Executor | None = None,
 ) -> list[Path]:
     """Returns the files written: recordings, the figures of the paper, the page `paper.md` and `report.html`.
 
@@ -50,49 +56,71 @@ def reproduce(
         report: whether to write the report.
         overwrite: allow a folder that has files in it.
         stage: see `nhtrack.studies.run.run.simulate`.
+        executor: what does the runs; processes, one for each core, by default. Its machines share the folder.
 
     Raises:
         OutputError: the folder has files in it; nothing is run.
         RecordingError: a recording is missing in `source`, or is of a run that did not complete.
         SimulationDiverged: a run did; what it recorded is kept.
+        EngineError, MachineError: the executor cannot be had, or its machines are not like this one.
     """
     with claimed_folder("paper", out, overwrite) as folder:
-        recorded: list[Path] = []
-        done = [_runs(example, source or folder, backend, source is None, stage, recorded) for example in examples]
+        runs = {example: _wanted(example, source or folder, backend) for example in examples}
+        recorded = list[Path]()
+        if source is None:
+            every = [run for each in runs.values() for run in each]
+            recorded = _record_all(every, folder, stage, executor or Processes())
+        done = [_read(example, each) for example, each in runs.items()]
         with noting(f"`nhtrack paper --from {source or folder}` draws what is recorded"):
             drawn = _draw(done, folder / _FOLDER, pdf, None if stage is None else stage("figures"))
             page = _write_page(done, folder / "paper.md")
             return [*recorded, *drawn, page, *([_write_report(done, folder)] if report else [])]
 
 
-def _runs(
-    example: Example, folder: Path, backend: Backend, wanted: bool, stage: Stage | None, recorded: list[Path]
-) -> ExampleRuns:
-    """Returns the runs of an example, run where that is wanted, else read; adds to the files that were recorded."""
-    runs: dict[Backend, dict[str, Recording]] = {"mujoco": {}, "ideal": {}}
-    for name in example.scenarios:
-        for model in ("ideal", backend) if backend != "ideal" else ("ideal",):
-            file = folder / "recordings" / f"{name}-{model}.nc"
-            runs[model][name] = _recorded(name, model, file, stage) if wanted else _completed(file)
-            recorded += [file] if wanted else []
-    return ExampleRuns(example, runs["mujoco"], runs["ideal"])
+class _Run(NamedTuple):
+    """A scenario of the paper on one model, and the file of its recording."""
+
+    name: str
+    model: Backend
+    file: Path
 
 
-def _recorded(name: str, model: Backend, file: Path, stage: Stage | None) -> Recording:
-    """Runs a scenario on one model and returns its recording, which is then on disk, whole or not."""
+def _wanted(example: Example, folder: Path, backend: Backend) -> list[_Run]:
+    models: tuple[Backend, ...] = ("ideal", backend) if backend != "ideal" else ("ideal",)
+    names = product(example.scenarios, models)
+    return [_Run(name, model, folder / "recordings" / f"{name}-{model}.nc") for name, model in names]
 
-    def named(part: str) -> Progress:
-        assert stage is not None
-        return stage(f"{name} {part}")
 
-    scenario = load(f"{_FOLDER}/{name}", [f"backend={model}"])
-    outcome = simulate(scenario, None if stage is None else named)
-    outcome.recording.save(file)
+def _record_all(runs: Sequence[_Run], folder: Path, stage: Stage | None, executor: Executor) -> list[Path]:
+    """Runs what is wanted and returns the recordings, on disk as soon as each is there."""
+    compile_once(stage)
+    require_machines(executor, folder)
+    report = None if stage is None else stage("runs")
+    elsewhere = [run._replace(file=run.file.absolute()) for run in runs]  # a worker may be in another folder
+    for done, _ in enumerate(executor(elsewhere, _record), start=1):
+        if report is not None:
+            report(done, len(runs))
+    wait_for(run.file for run in runs)
+    return [run.file for run in runs]
+
+
+def _record(run: _Run) -> None:
+    """Runs a scenario on one model and writes its recording, be it whole or not."""
+    scenario = load(f"{_FOLDER}/{run.name}", [f"backend={run.model}"])
+    outcome = simulate(scenario)
+    outcome.recording.save(run.file)
     if outcome.failure is not None:
         raise outcome.failure
     if outcome.recording.outcome == "interrupted":
         raise KeyboardInterrupt
-    return outcome.recording
+
+
+def _read(example: Example, runs: Sequence[_Run]) -> ExampleRuns:
+    """Returns the recorded runs of an example."""
+    read: dict[Backend, dict[str, Recording]] = {"mujoco": {}, "ideal": {}}
+    for run in runs:
+        read[run.model][run.name] = _completed(run.file)
+    return ExampleRuns(example, read["mujoco"], read["ideal"])
 
 
 def _completed(file: Path) -> Recording:

@@ -4,10 +4,7 @@ from __future__ import annotations
 
 import math
 import os
-import platform
-from collections.abc import Mapping
 from dataclasses import replace
-from functools import cache
 from pathlib import Path
 from typing import Any, Unpack
 
@@ -32,8 +29,8 @@ from nhtrack.experiment.robot_checks import robot_notes, robot_warnings
 from nhtrack.files.folder import claimed_folder
 from nhtrack.files.temporary import temporary_folder
 from nhtrack.laws.address import entry_of, runs_as_python
-from nhtrack.mjcf import has_dm_control
 from nhtrack.recording.source import Source, load
+from nhtrack.recording.versions import versions
 from nhtrack.robots.diff_drive import DiffDrive
 from nhtrack.simulation.ideal import IdealSimulation
 from nhtrack.simulation.mujoco import MujocoSimulation
@@ -47,7 +44,6 @@ from nhtrack.terminal.progress import Observer, Stage, Tell, shown_progress
 # Robots from which on threads gain more than they cost.
 _FLEET = 12
 
-_VERSIONED = ("nhtrack", "mujoco", "numpy", "scipy", "array-api-compat")
 
 
 def run(
@@ -283,12 +279,3 @@ def _end(failure: SimulationDiverged | None) -> dict[str, str | float]:
     if failure is None:
         return {}
     return {"diverged_robot": failure.robot, "diverged_time": failure.time, "diverged_reason": failure.reason}
-
-
-@cache
-def versions() -> Mapping[str, str]:
-    """Returns the versions of Python, of the package and of the libraries that move its numbers."""
-    import importlib.metadata
-
-    names = (*_VERSIONED, *(["dm-control"] if has_dm_control() else []))
-    return {"python": platform.python_version()} | {name: importlib.metadata.version(name) for name in names}

@@ -9,7 +9,7 @@ import typer
 
 from nhtrack.errors import noting
 from nhtrack.terminal.app import app
-from nhtrack.terminal.options import Changes, Pdf
+from nhtrack.terminal.options import Address, Changes, Engine, Pdf, Workers
 from nhtrack.terminal.screen import print_warning, screen
 
 
@@ -23,12 +23,15 @@ def sweep_command(
     dry_run: Annotated[
         bool, typer.Option("--dry-run", help="Tell runs, time, memory and disk; run nothing.")
     ] = False,
-    processes: Annotated[int | None, typer.Option(min=1, help="How many at once; by default one a core.")] = None,
+    engine: Engine = "processes",
+    address: Address = None,
+    processes: Workers = None,
     no_figures: Annotated[bool, typer.Option("--no-figures", help="Draw no figures.")] = False,
     pdf: Pdf = False,
     no_report: Annotated[bool, typer.Option("--no-report", help="Write no report.")] = False,
 ) -> None:
     """Run a scenario with many values of some of its keys; stopped, the same command goes on."""
+    from nhtrack.execution import executor_of
     from nhtrack.experiment.load import load_sweep
     from nhtrack.studies.sweep.run import sweep
     from nhtrack.studies.sweep.screen import print_extent, print_results
@@ -42,7 +45,7 @@ def sweep_command(
         results = sweep(
             loaded,
             out=folder,
-            processes=processes,
+            executor=executor_of(engine, processes, address),
             figures=not no_figures,
             pdf=pdf,
             report=not no_report,

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -28,18 +27,16 @@ COMPLETED, LOST_RUN, FAILED = "completed", "lost", "failed"  # what the column `
 Row = dict[str, Any]
 
 
-@dataclass(frozen=True)
-class Part:
+class Part(NamedTuple):
     """Some runs of a sweep, few enough to go side by side, and where their rows go."""
 
-    plan: Plan
     runs: Array
     path: Path
 
 
-def run_part(part: Part) -> None:
+def run_part(plan: Plan, part: Part) -> None:
     """Runs a part and writes its rows; the file appears only once it is whole."""
-    save_runs(part_rows(part.plan, part.runs), part.path)
+    save_runs(part_rows(plan, part.runs), part.path)
 
 
 def part_rows(plan: Plan, runs: Array) -> pd.DataFrame:

@@ -10,8 +10,9 @@ from typing import Any
 
 import pandas as pd
 
+from nhtrack.analysis import extent
 from nhtrack.analysis.beforehand import beforehand
-from nhtrack.analysis.extent import BYTE, extent_of
+from nhtrack.analysis.machines import require_machines
 from nhtrack.config.changes import overrides_of
 from nhtrack.config.sweep import Sweep
 from nhtrack.errors import FeasibilityError, NhtrackError
@@ -19,19 +20,16 @@ from nhtrack.execution import Executor, Processes, cores
 from nhtrack.experiment.build import Experiment, build
 from nhtrack.experiment.compile import compile_once
 from nhtrack.experiment.load import load, load_sweep
+from nhtrack.files.appeared import wait_for
 from nhtrack.files.folder import is_used, save_json
+from nhtrack.recording.versions import versions
 from nhtrack.studies.campaign.tables import save_runs
-from nhtrack.studies.run.run import versions
 from nhtrack.studies.sweep.batch import most_side_by_side
 from nhtrack.studies.sweep.parts import Part, metric_columns
 from nhtrack.studies.sweep.plan import Plan
 from nhtrack.studies.sweep.result import SweepResults
 from nhtrack.studies.sweep.stubborn import do_parts
 from nhtrack.terminal.progress import Observer, Stage, Tell, shown_progress
-
-_PART = 10.0  # [s] about, that a part takes: what is lost when stopped
-_LARGEST = 500  # runs of a part
-_SHARES = 4  # parts a core at least, where there are so many runs: the last ones are then short
 
 
 class SweepError(NhtrackError):
@@ -44,6 +42,7 @@ def sweep(
     out: str | Path | None = None,
     set: Mapping[str, Any] | Iterable[str] = (),
     processes: int | None = None,
+    executor: Executor | None = None,
     figures: bool = False,
     pdf: bool = False,
     report: bool = False,
@@ -58,6 +57,7 @@ def sweep(
         set: changes of the sweep's own keys, `{"repeats": 3}` or `["repeats=3"]`; not of a loaded sweep.
         processes: how many at once, one for each core by default; a script that asks for more than one needs
             `if __name__ == "__main__":`.
+        executor: what does the runs in place of processes, such as `nhtrack.execution.executor_of("ray")`.
         figures: whether to draw figures into the folder.
         pdf: whether to draw them for print.
         report: whether to write its page, `report.html`, and scenario files of its extreme runs.
@@ -67,11 +67,12 @@ def sweep(
     Raises:
         ScenarioError: everything wrong with the sweep, its scenario and the values of its axes.
         SweepError: the folder holds another sweep.
+        EngineError, MachineError: the executor cannot be had, or its machines are not like this one.
     """
     loaded = source if isinstance(source, Sweep) else load_sweep(source, overrides_of(set=set))
     folder = Path("runs") / f"sweep-{loaded.name}" if out is None else Path(out)
     with shown_progress(progress) as stage:
-        results = run_sweep(loaded, folder, stage, Processes(processes), tell)
+        results = run_sweep(loaded, folder, stage, executor or Processes(processes), tell)
     if figures:
         from nhtrack.studies.sweep.figure import save_sweep_figures
 
@@ -99,27 +100,32 @@ def run_sweep(
         sweep: what to run.
         folder: where to; one that holds another sweep is refused.
         stage: called with the name of each stage; returns what to report its progress to.
-        executor: what does the parts; processes, one for each core, by default.
+        executor: what does the parts; processes, one for each core, by default. Its machines share the folder.
         tell: called with each warning there is before its runs.
 
     Raises:
         SweepError: the folder holds another sweep.
+        EngineError, MachineError: the executor cannot be had, or its machines are not like this one.
     """
-    plan = plan_of(sweep)
+    executor, plan = executor or Processes(), plan_of(sweep)
+    workers = executor.workers
     compile_once(stage)
     warnings = sweep_beforehand(plan)
-    size = _claim(plan, folder)
+    require_machines(executor, folder, plan.tree, sweep.model_dump(mode="json"))
+    size = _claim(plan, folder, workers)
     if tell is not None:
         for warning in warnings:
             tell(warning)
-    parts = [Part(plan, runs, folder / "parts" / f"{k}.parquet") for k, runs in enumerate(plan.parts(size))]
+    written = folder.absolute() / "parts"  # a worker may be in another folder
+    parts = [Part(runs, written / f"{k}.parquet") for k, runs in enumerate(plan.parts(size))]
     missing = [part for part in parts if not part.path.exists()]
     report = (stage or (lambda name: lambda done, total: None))("runs")
     done = sum(len(part.runs) for part in parts) - sum(len(part.runs) for part in missing)
     report(done, sweep.runs)
-    for part in do_parts(missing, executor or Processes()):
+    for part in do_parts(plan, missing, executor):
         done += len(part.runs)
         report(done, sweep.runs)
+    wait_for(part.path for part in parts)
     runs = pd.concat([pd.read_parquet(part.path) for part in parts], ignore_index=True).sort_values("run")
     file = save_runs(runs.reset_index(drop=True), folder / "runs.parquet")
     metrics = tuple(metric_columns(sweep, plan.base))
@@ -147,15 +153,12 @@ def sweep_beforehand(plan: Plan) -> tuple[str, ...]:
 
 def seconds_of(plan: Plan) -> float:
     """Returns how long a run takes on one core, about [s]; nothing of it is written or drawn."""
-    extent = extent_of(_sketch(plan), wheels=plan.base.backend != "ideal")
-    return extent.seconds - BYTE * extent.file
+    return extent.extent_of(_sketch(plan), wheels=plan.base.backend != "ideal").bare_seconds
 
 
-def part_size(plan: Plan) -> int:
-    """Returns how many runs a part has."""
-    shares = -(-plan.sweep.runs // (_SHARES * cores()))
-    together = min(_LARGEST, most_side_by_side(_sketch(plan)), int(_PART / seconds_of(plan)))
-    return max(1, min(together, shares))
+def part_size(plan: Plan, workers: int | None = None) -> int:
+    """Returns how many runs a part has where so many are done at once; one a core by default."""
+    return extent.part_size(seconds_of(plan), plan.sweep.runs, workers or cores(), most_side_by_side(_sketch(plan)))
 
 
 def _sketch(plan: Plan) -> Experiment:
@@ -165,7 +168,7 @@ def _sketch(plan: Plan) -> Experiment:
     return build(plan.base.model_copy(update={"law": free}))
 
 
-def _claim(plan: Plan, folder: Path) -> int:
+def _claim(plan: Plan, folder: Path, workers: int) -> int:
     """Returns how many runs a part has, after the account is written or found to be the same.
 
     Raises:
@@ -181,6 +184,6 @@ def _claim(plan: Plan, folder: Path) -> int:
         return int(held["part"])
     if used:
         raise SweepError(f"{folder} exists already and holds no sweep; choose another --out")
-    size = part_size(plan)
+    size = part_size(plan, workers)
     save_json(account, asked | {"part": size, "versions": versions()})
     return size

@@ -1,71 +1,86 @@
-"""Parts of a sweep done side by side, also where one of their runs ends every process that does it."""
+"""Parts of a sweep done side by side, also where one of their runs ends every worker that does it."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from typing import NamedTuple
 
-import numpy as np
 import pandas as pd
 
-from nhtrack.execution import Executor, Processes, WorkerError
+from nhtrack.arrays import Array
+from nhtrack.execution import TRIES, Executor, WorkerError
 from nhtrack.studies.campaign.tables import save_runs
 from nhtrack.studies.sweep.parts import Part, failed_rows, run_part
+from nhtrack.studies.sweep.plan import Plan
 
-TRIES = 3  # processes that a run may end before it is a row that says so
 
-
-def do_parts(parts: Sequence[Part], executor: Executor) -> Iterator[Part]:
+def do_parts(plan: Plan, parts: Sequence[Part], executor: Executor) -> Iterator[Part]:
     """Does parts and yields each once its rows are written.
 
-    Where a process ends, whichever run it was of, those left are done by themselves, each in a process of its own; a
-    part that ends `TRIES` of them is done run by run, and a run that does is a failed row.
+    Where a worker ends, the parts that it may have ended with have workers of their own; one that ends `TRIES` of them
+    is halved time and again until the run is found, which is a failed row.
 
     Raises:
-        WorkerError: processes end whatever they do, such as of a script without `if __name__ == "__main__":`.
+        WorkerError: workers end whatever they do, such as of a script without `if __name__ == "__main__":`.
     """
     left = dict(enumerate(parts))
-    try:
-        for place, _ in executor(parts, run_part):
-            yield left.pop(place)
-    except WorkerError as error:
-        some = len(left) < len(parts)
-        for part in left.values():
-            if not _alone(part):
-                some = _run_by_run(part, some, error)
-            some = True
-            yield part
-
-
-def _alone(part: Part) -> bool:
-    """Does a part in a process of its own; returns whether one has lived through it."""
-    for _ in range(TRIES):
+    while left:
+        places = list(left)
         try:
-            list(Processes(1, begin=_begin)([part], run_part))
-        except WorkerError:
-            continue
-        return True
-    return False
+            for place, _ in executor([left[each] for each in places], partial(run_part, plan)):
+                yield left.pop(places[place])
+        except WorkerError as error:
+            if not all(lived for _, lived in executor.survived([None], _nothing)):
+                raise error
+            suspects = [places[place] for place in error.suspects]
+            yield from _one_by_one(plan, [left.pop(place) for place in suspects], executor)
 
 
-def _run_by_run(part: Part, some: bool, error: WorkerError) -> bool:
-    """Does the runs of a part each by itself and writes the rows of all."""
-    rows = list[pd.DataFrame]()
-    for run in part.runs:
-        one = replace(part, runs=np.array([run]), path=part.path.with_name(f"{part.path.stem}-{run}.parquet"))
-        if _alone(one):
-            some = True
-            rows.append(pd.read_parquet(one.path))
-            one.path.unlink()
-        elif len(part.runs) == 1 and not some:
-            raise error
-        else:
-            rows.append(failed_rows(part.plan, one.runs, f"ended the process that ran it, {TRIES} times"))
-    if not some:
-        raise error
-    save_runs(pd.concat(rows, ignore_index=True), part.path)
-    return True
+class _Piece(NamedTuple):
+    """Some runs of a part, and the file of their rows."""
+
+    whole: Part
+    part: Part
 
 
-def _begin() -> None:
-    """Does nothing: what is begun so has a process of its own."""
+def _one_by_one(plan: Plan, parts: Sequence[Part], executor: Executor) -> Iterator[Part]:
+    """Does parts whose workers ended, or may have, and yields each once its rows are written."""
+    pieces = [_Piece(part, part) for part in parts]
+    done: dict[Path, list[Part]] = {part.path: [] for part in parts}
+    missing = {part.path: len(part.runs) for part in parts}
+    while pieces:
+        halves = list[_Piece]()
+        for place, lived in executor.survived([piece.part for piece in pieces], partial(run_part, plan)):
+            whole, part = pieces[place]
+            if not lived and len(part.runs) > 1:
+                middle = len(part.runs) // 2
+                halves += [_Piece(whole, _some(whole, runs)) for runs in (part.runs[:middle], part.runs[middle:])]
+                continue
+            if not lived:
+                save_runs(failed_rows(plan, part.runs, f"ended the process that ran it, {TRIES} times"), part.path)
+            done[whole.path].append(part)
+            missing[whole.path] -= len(part.runs)
+            if not missing[whole.path]:
+                _join(whole, done[whole.path])
+                yield whole
+        pieces = halves
+
+
+def _some(whole: Part, runs: Array) -> Part:
+    return Part(runs, whole.path.with_name(f"{whole.path.stem}-{int(runs[0])}-{int(runs[-1])}.parquet"))
+
+
+def _join(whole: Part, pieces: Sequence[Part]) -> None:
+    """Writes the rows of a part's pieces as those of the part, in its order."""
+    if [part.path for part in pieces] == [whole.path]:
+        return
+    rows = pd.concat([pd.read_parquet(part.path) for part in pieces], ignore_index=True)
+    save_runs(rows.set_index("run", drop=False).loc[whole.runs].reset_index(drop=True), whole.path)
+    for part in pieces:
+        part.path.unlink(missing_ok=True)
+
+
+def _nothing(task: None) -> None:
+    """Does nothing: whether a worker lives through that says whether any would live."""

@@ -9,7 +9,7 @@ import typer
 
 from nhtrack.errors import noting
 from nhtrack.terminal.app import app
-from nhtrack.terminal.options import Changes, Trust, load_scenario
+from nhtrack.terminal.options import Address, Changes, Engine, Trust, Workers, load_scenario
 from nhtrack.terminal.screen import print_how_laws_run, screen
 
 
@@ -25,12 +25,16 @@ def tune_command(
         bool, typer.Option("--allow-below-bound", help="Allow gains that their law warns of.")
     ] = False,
     changes: Changes = None,
+    engine: Engine = "serial",
+    address: Address = None,
+    processes: Workers = None,
     trust: Trust = False,
     write: Annotated[bool, typer.Option("--write", help="Put the gains into the scenario file.")] = False,
     out: Annotated[Path | None, typer.Option(help="Write a copy of the scenario with the gains here.")] = None,
     force: Annotated[bool, typer.Option("--force", help="Replace the copy if it exists.")] = False,
 ) -> None:
     """Search the gains of a scenario's law on the ideal model."""
+    from nhtrack.execution import executor_of
     from nhtrack.studies.tune.objective import Objective, ObjectiveError
 
     try:
@@ -47,7 +51,8 @@ def tune_command(
 
     if target is not None:
         refuse_other_law(scenario, loaded.law)
-    found = tune(loaded, wanted, budget, seed, below_bound=below_bound, progress=True)
+    executor = executor_of(engine, processes, address)
+    found = tune(loaded, wanted, budget, seed, below_bound=below_bound, executor=executor, progress=True)
     print_tuning(found, screen())
     if target is not None:
         with noting("the gains are those printed above"):

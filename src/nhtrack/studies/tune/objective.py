@@ -75,7 +75,7 @@ def figures_of(
     error = run.variables["error"][:, :, 1:]
     distance, heading = np.hypot(error[..., 0], error[..., 1]), np.abs(error[..., 2])
     steps = np.diff(run.variables["pose"][:, :, 0, :2], axis=0)
-    path = np.hypot(steps[..., 0], steps[..., 1]).sum(axis=0)
+    path = np.hypot(steps[..., 0], steps[..., 1]).cumsum(axis=0)[-1]  # in order, however many go side by side
     late, rows = first_late_row(run.time), settling_rows(limits, distance, heading)
     settled = np.where(rows <= late, rows / len(distance), 1.0)
     utilisation, pace = np.zeros(len(path)), np.zeros(len(path))

@@ -14,9 +14,11 @@ from typing import Unpack
 
 import numpy as np
 
+from nhtrack.analysis.machines import require_machines
 from nhtrack.arrays import Array
 from nhtrack.config.changes import ScenarioChanges, overrides_of
 from nhtrack.config.scenario import Scenario
+from nhtrack.execution import Executor, serial
 from nhtrack.experiment.build import robot_of
 from nhtrack.experiment.compile import compile_once
 from nhtrack.experiment.loop import Progress
@@ -43,6 +45,7 @@ def tune(
     below_bound: bool = False,
     out: str | Path | None = None,
     overwrite: bool = False,
+    executor: Executor = serial,
     progress: bool | Observer | None = None,
     trust: bool = False,
     **changes: Unpack[ScenarioChanges],
@@ -57,6 +60,7 @@ def tune(
         below_bound: allow gains that their law warns of, such as k <= 2 (1 + ke/kp) or kd < 2 sqrt(kp).
         out: a copy of the scenario file to write, with the gains in it.
         overwrite: allow a copy that exists.
+        executor: what runs the candidates; they run here, side by side, by default.
         progress: as in `nhtrack.run`.
         trust: whether to run a law of one's own that a recording brings along.
         **changes: `law`, `robot`, `duration`, `backend` and `set`, see `nhtrack.config.changes.ScenarioChanges`.
@@ -76,7 +80,7 @@ def tune(
     if out is not None:
         refuse_other_law(scenario, loaded.law)
     with shown_progress(progress) as stage:
-        found = find_gains(loaded, wanted, budget, seed, stage, below_bound=below_bound)
+        found = find_gains(loaded, wanted, budget, seed, stage, below_bound=below_bound, executor=executor)
     if out is not None:
         save_gains(found, scenario, Path(out), overrides)
     return found
@@ -90,6 +94,7 @@ def find_gains(
     stage: Stage | None = None,
     *,
     below_bound: bool = False,
+    executor: Executor = serial,
 ) -> Tuning:
     """Returns the gains of the lowest cost found; see `tune`.
 
@@ -100,14 +105,19 @@ def find_gains(
         seed: of the Sobol sequences.
         stage: see `nhtrack.studies.run.run.simulate`.
         below_bound: allow gains that their law warns of.
+        executor: what runs the candidates.
+
+    Raises:
+        EngineError, MachineError: the executor cannot be had, or its machines are not like this one.
     """
     require_budget(budget)
+    require_machines(executor, None, scenario.model_dump(mode="json"))
     objective = objective or Objective(late=1.0)
     compile_once(stage)
     robot = robot_of(scenario)
     scenario = with_time(scenario, stage("time scale") if stage is not None else None, robot)
     box = SearchBox.of(scenario, seed, below_bound, robot)
-    trial = Trial(scenario, box.names, objective, robot)
+    trial = Trial(scenario, box.names, objective, robot, executor)
     report = stage("tuning") if stage is not None else lambda done, total: None
     found, costs, history = _search(trial, box, budget, report)
     order = np.argsort(costs, kind="stable")[:_FINALISTS]

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
+from functools import partial
 
 import numpy as np
 
 from nhtrack.analysis.motion import robots_with_wheels
 from nhtrack.arrays import Array
 from nhtrack.config.scenario import Scenario
+from nhtrack.execution import Executor, Serial, serial
 from nhtrack.experiment.build import build
 from nhtrack.experiment.loop import Progress
 from nhtrack.settling import settling_limits
@@ -24,8 +26,16 @@ _ROBOT_PERIODS = 2_500_000  # robots x candidates x periods in one batch: some 4
 class Trial:
     """Runs sets of gains side by side and says what they cost."""
 
-    def __init__(self, scenario: Scenario, names: tuple[str, ...], objective: Objective, robot: RobotModels) -> None:
+    def __init__(
+        self,
+        scenario: Scenario,
+        names: tuple[str, ...],
+        objective: Objective,
+        robot: RobotModels,
+        executor: Executor = serial,
+    ) -> None:
         self._scenario, self._names, self._objective, self._robot = scenario, names, objective, robot
+        self._executor = executor
         late = scenario.delay or scenario.law.delay_periods  # periods, which would be longer
         slower = 1 if late else math.ceil(scenario.periods / SEARCH_PERIODS)
         self._search = scenario.model_copy(update={"control_rate": scenario.control_rate / slower})
@@ -35,32 +45,40 @@ class Trial:
     ) -> tuple[Figures, Array]:
         """Returns the figures of candidates (b, d) and their costs, each of shape (b,)."""
         scenario = self._scenario if own_rate else self._search
-        together = max(1, _ROBOT_PERIODS // (scenario.periods * (1 + len(scenario.followers))))
-        parts = []
-        for begin in range(0, len(candidates), together):
-            batch = candidates[begin : begin + together]
+        room = _ROBOT_PERIODS // (scenario.periods * (1 + len(scenario.followers)))
+        together = max(1, min(room, -(-len(candidates) // self._executor.workers)))
+        batches = [candidates[begin : begin + together] for begin in range(0, len(candidates), together)]
+        here = report if isinstance(self._executor, Serial) else None  # of a batch elsewhere nothing is heard before
+        parts = dict[int, Figures]()
 
-            def progress(done: int, total: int, begin: int = begin, size: int = len(batch)) -> None:
-                if report is not None:
-                    report((begin + size * done / total) / len(candidates))
+        def progress(done: int, total: int) -> None:
+            if here is not None:
+                here((len(parts) + done / total) / len(batches))
 
-            parts.append(self._figures(scenario, batch, progress))
-        figures = Figures(*(np.concatenate(column) for column in zip(*parts, strict=True)))
+        work = partial(_figures, scenario, self._names, self._robot, None if here is None else progress)
+        for place, figures in self._executor(batches, work):
+            parts[place] = figures
+            if report is not None:
+                report(len(parts) / len(batches))
+        columns = zip(*(parts[place] for place in range(len(batches))), strict=True)
+        figures = Figures(*(np.concatenate(column) for column in columns))
         return figures, self._objective.cost(figures)
 
-    def _figures(self, scenario: Scenario, batch: Array, progress: Progress) -> Figures:
-        """Returns the figures of one batched rollout; NaN for the candidates that lose their robots."""
-        gains = {name: batch[:, i, None] for i, name in enumerate(self._names)}
-        experiment = build(with_gains(scenario, gains), self._robot)
-        names, size = experiment.network.names, experiment.size
-        simulation = IdealSimulation(names, None, experiment.dt, keep_going=True, size=size)
-        run = experiment.rollout(simulation, progress, batch=(len(batch),))
-        run.require_whole()  # a robot that runs away is a candidate that is lost, and no failure
-        bodies = list(robots_with_wheels(experiment).values())
-        margin = scenario.similarity.friction_margin
-        limits = settling_limits(experiment.similarity.length)
-        figures = figures_of(run, limits, bodies, self._robot.plant, experiment.scene.ground, margin)
-        return Figures(*(np.where(simulation.lost, np.nan, values) for values in figures))
+
+def _figures(
+    scenario: Scenario, names: tuple[str, ...], robot: RobotModels, progress: Progress | None, batch: Array
+) -> Figures:
+    """Returns the figures of one batched rollout; NaN for the candidates that lose their robots."""
+    gains = {name: batch[:, i, None] for i, name in enumerate(names)}
+    experiment = build(with_gains(scenario, gains), robot)
+    simulation = IdealSimulation(experiment.network.names, None, experiment.dt, keep_going=True, size=experiment.size)
+    run = experiment.rollout(simulation, progress, batch=(len(batch),))
+    run.require_whole()  # a robot that runs away is a candidate that is lost, and no failure
+    bodies = list(robots_with_wheels(experiment).values())
+    margin = scenario.similarity.friction_margin
+    limits = settling_limits(experiment.similarity.length)
+    figures = figures_of(run, limits, bodies, robot.plant, experiment.scene.ground, margin)
+    return Figures(*(np.where(simulation.lost, np.nan, values) for values in figures))
 
 
 def with_gains(scenario: Scenario, gains: Mapping[str, Array] | Mapping[str, float]) -> Scenario:

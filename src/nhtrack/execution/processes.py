@@ -1,68 +1,45 @@
-"""Tasks done side by side, by an executor: in this process, or in processes of their own.
-
-An executor is called with tasks and with what is to be done with each, and yields the place of a task and its result as
-they are done. Another engine, such as a cluster, is another executor.
-"""
+"""Tasks done in processes of this machine."""
 
 from __future__ import annotations
 
 import os
 import signal
 import threading
-from collections.abc import Callable, Generator, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from multiprocessing import get_context, resource_tracker
 from multiprocessing.connection import Connection
-from typing import Any, Protocol, TypeAlias, TypeVar
+from typing import Any
 
-from nhtrack.errors import NhtrackError
+from nhtrack.execution.contract import TRIES, Done, EngineError, Executor, Result, Task, WorkerError, cores
 from nhtrack.stopping import ASKING
 
-Task = TypeVar("Task")
-Result = TypeVar("Result")
-# The place of each task and its result.
-Done: TypeAlias = Generator[tuple[int, Result], None, None]
-
-
-class WorkerError(NhtrackError):
-    """A process that ended before its work was done."""
-
-
-class Executor(Protocol):
-    """Does tasks."""
-
-    def __call__(self, tasks: Sequence[Task], work: Callable[[Task], Result]) -> Done[Result]:
-        """Yields the place of each task and its result, in the order in which they are done.
-
-        What a task raises is raised here, and the others are given up; so they are where the iterator is closed.
-        """
-        ...
-
-
-def serial(tasks: Sequence[Task], work: Callable[[Task], Result]) -> Done[Result]:
-    """Does one task after the other, here."""
-    for place, task in enumerate(tasks):
-        yield place, work(task)
+_BEGUN = 2  # tasks a worker: the one it does, and the one it does next
 
 
 @dataclass(frozen=True)
-class Processes:
+class Processes(Executor):
     """Does tasks in processes, which end when this one does, whatever ends it; none is begun for a single worker.
 
     Attributes:
-        workers: how many at once; one for each core by default.
+        most: how many at once; one for each core by default.
         ahead: how many tasks may be done beyond the first that is not; all by default.
         begin: called once in every process, before its tasks.
         arguments: what it is called with.
     """
 
-    workers: int | None = None
+    most: int | None = None
     ahead: int | None = None
     begin: Callable[..., None] | None = None
     arguments: tuple[Any, ...] = ()
+
+    @property
+    def workers(self) -> int:
+        """How many tasks are done at once."""
+        return self.most or cores()
 
     def __call__(self, tasks: Sequence[Task], work: Callable[[Task], Result]) -> Done[Result]:
         """Does tasks; see `Executor`.
@@ -70,21 +47,24 @@ class Processes:
         Raises:
             WorkerError: a process ended.
         """
-        workers = min(self.workers or cores(), len(tasks))
+        workers = min(self.workers, len(tasks))
         if workers <= 1 and self.begin is None:
-            yield from serial(tasks, work)
+            for place, task in enumerate(tasks):
+                yield place, work(task)
             return
         context = get_context("spawn")
         watched, held = context.Pipe(duplex=False)
-        start = (watched, self.begin, self.arguments)
+        start = (watched, work, self.begin, self.arguments)
         pool = ProcessPoolExecutor(max(1, workers), context, _begin_worker, start)
+        begun: dict[Future[Result], int] = {}
         try:
-            yield from self._results(pool, tasks, work)
+            yield from self._results(pool, tasks, begun, _BEGUN * workers)
             pool.shutdown()
         except BrokenProcessPool as error:
             raise WorkerError(
                 "a process that worked for this one ended; a script needs `if __name__ == '__main__':` around what it "
-                "does"
+                "does",
+                begun.values(),
             ) from error
         finally:
             held.close()  # workers that are still at something end at once
@@ -94,22 +74,49 @@ class Processes:
             watched.close()
 
     def _results(
-        self, pool: ProcessPoolExecutor, tasks: Sequence[Task], work: Callable[[Task], Result]
+        self, pool: ProcessPoolExecutor, tasks: Sequence[Task], waiting: dict[Future[Result], int], most: int
     ) -> Done[Result]:
-        waiting: dict[Future[Result], int] = {}
         begun, ahead = 0, len(tasks) if self.ahead is None else self.ahead
         while begun < len(tasks) or waiting:
-            while begun < len(tasks) and begun - min(waiting.values(), default=begun) <= ahead:
+            while (
+                begun < len(tasks) and len(waiting) < most and begun - min(waiting.values(), default=begun) <= ahead
+            ):
                 with _undisturbed():
-                    waiting[pool.submit(work, tasks[begun])] = begun
+                    waiting[pool.submit(_do, tasks[begun])] = begun
                 begun += 1
             for future in wait(waiting, return_when=FIRST_COMPLETED).done:
-                yield waiting.pop(future), future.result()
+                result = future.result()  # of one whose process ended there is none, and it waits still
+                yield waiting.pop(future), result
+
+    def survived(self, tasks: Sequence[Task], work: Callable[[Task], Result]) -> Done[bool]:
+        """Does tasks one after the other in processes of their own; see `Executor`."""
+        alone = replace(self, most=1, begin=self.begin or _nothing)
+        for place, task in enumerate(tasks):
+            yield place, any(_lives(alone, task, work) for _ in range(TRIES))
 
 
-def cores() -> int:
-    """Returns how many processes work side by side where nothing else is said."""
-    return os.cpu_count() or 1
+def executor(workers: int | None, address: str | None) -> Executor:
+    """Returns the executor of these options.
+
+    Raises:
+        EngineError: its processes are of this machine.
+    """
+    if address is not None:
+        raise EngineError("executor processes works on this machine, which has no address")
+    return Processes(workers)
+
+
+def _lives(alone: Processes, task: Task, work: Callable[[Task], Result]) -> bool:
+    """Does a task in a process of its own; returns whether the process has lived through it."""
+    try:
+        list(alone([task], work))
+    except WorkerError:
+        return False
+    return True
+
+
+def _nothing() -> None:
+    """Does nothing: what is begun so has a process of its own."""
 
 
 @contextmanager
@@ -126,11 +133,23 @@ def _undisturbed() -> Iterator[None]:
         signal.pthread_sigmask(signal.SIG_SETMASK, heard)
 
 
-def _begin_worker(watched: Connection, begin: Callable[..., None] | None, arguments: tuple[Any, ...]) -> None:
+_work: Callable[[Any], Any] | None = None  # what this worker does with its tasks
+
+
+def _begin_worker(
+    watched: Connection, work: Callable[[Any], Any], begin: Callable[..., None] | None, arguments: tuple[Any, ...]
+) -> None:
     """Lets a process end when the one it works for has closed its end of a pipe, or is gone."""
+    global _work
     threading.Thread(target=_end_with, args=(watched,), daemon=True).start()
+    _work = work
     if begin is not None:
         begin(*arguments)
+
+
+def _do(task: Any) -> Any:
+    assert _work is not None  # a worker has begun before
+    return _work(task)
 
 
 def _end_with(watched: Connection) -> None:
