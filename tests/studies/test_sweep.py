@@ -17,9 +17,10 @@ from nhtrack.config.sweep import METRICS, ON_WHEELS, Sweep
 from nhtrack.execution import Processes, serial
 from nhtrack.experiment.load import load_sweep
 from nhtrack.studies.run.result import Outcome
+from nhtrack.studies.sweep.account import SweepError
 from nhtrack.studies.sweep.parts import FAILED, LOST_RUN, part_rows
 from nhtrack.studies.sweep.plan import drawn_shares
-from nhtrack.studies.sweep.run import SweepError, plan_of, run_sweep, sweep
+from nhtrack.studies.sweep.run import plan_of, run_sweep, sweep
 
 WHEELS = """\
 name: wheels

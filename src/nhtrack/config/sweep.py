@@ -41,7 +41,7 @@ METRICS: Mapping[str, str] = {
     "switches": "control periods in which a mode of the law changed [1]",
 }
 ON_WHEELS = ("gap_position_rms", "gap_position_max", "gap_heading_rms", "gap_heading_max", "peak_lateral_slip")
-COLUMNS = ("run", "point", "repeat", "seed", "outcome", "reason")  # of the table, beside axes and metrics
+COLUMNS = ("run", "point", "repeat", "seed", "key", "outcome", "reason")  # of the table, beside axes and metrics
 
 
 Bounds: TypeAlias = Annotated[tuple[float, float], Field(strict=False), values_of("least", "largest")]

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import hashlib
+import json
 import warnings
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
@@ -16,7 +18,9 @@ from nhtrack.config.scenario import Scenario
 from nhtrack.config.sweep import Choices, Sample, Spread, Sweep
 from nhtrack.config.sweep_trials import change_texts, ordered
 from nhtrack.config.tree import parse_path
+from nhtrack.recording.versions import versions
 
+_KEY = 16  # letters of a run's hash: of ten million runs two have the same once in four hundred thousand sweeps
 SIDE_BY_SIDE = ("start", "seed")  # keys in which runs of one batch may differ, beside numbers of a law
 
 
@@ -29,10 +33,12 @@ class Plan:
     Attributes:
         sweep: with full paths.
         base: its scenario, with what is the same in all runs.
+        files: hashes of the laws, robots and tables that runs read, by their full paths.
     """
 
     sweep: Sweep
     base: Scenario
+    files: Mapping[str, str] = field(default_factory=dict)
 
     @cached_property
     def tree(self) -> dict[str, Any]:
@@ -70,6 +76,15 @@ class Plan:
         seed = {"seed": self.base.seed + repeat} if self.sweep.repeats > 1 else {}
         return change_texts(self.values(point) | seed)
 
+    @cached_property
+    def identity(self) -> str:
+        """What all runs depend on, whatever they change: scenario, files and versions, as a hash."""
+        return _hash({"base": self.tree, "files": dict(self.files), "versions": dict(versions())})
+
+    def key(self, run: int) -> str:
+        """Returns a hash of all that a run depends on; runs that have the same one are the same."""
+        return _hash([self.identity, self.changes(run)])[:_KEY]
+
     @property
     def order(self) -> list[str]:
         """The keys that runs change, in the order of their changes."""
@@ -79,6 +94,7 @@ class Plan:
         """Returns the columns of the table that say what each of some runs is."""
         points, repeats = np.divmod(runs, self.sweep.repeats)
         columns: dict[str, Any] = {"run": runs, "point": points, "repeat": repeats, "seed": self.base.seed + repeats}
+        columns["key"] = [self.key(run) for run in runs.tolist()]
         for key, at in self.at.items():
             drawn = isinstance(self.sweep.axes[key], Spread)
             columns[key] = at[points] if drawn else np.array(self.sweep.labels(key))[at[points]]
@@ -96,6 +112,10 @@ class Plan:
         path, axis = parse_path(key), self.sweep.axes[key]
         gain = path[0] == "law" and len(path) > 1 and path[1] != "limits" and not isinstance(axis, Choices)
         return gain or any(step in SIDE_BY_SIDE for step in path)
+
+
+def _hash(tree: Any) -> str:
+    return hashlib.sha256(json.dumps(tree, sort_keys=True).encode()).hexdigest()
 
 
 def drawn_shares(sample: Sample, axes: int) -> Array:

@@ -2,38 +2,30 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
-
-import pandas as pd
 
 from nhtrack.analysis import extent
 from nhtrack.analysis.beforehand import beforehand
 from nhtrack.analysis.machines import require_machines
 from nhtrack.config.changes import overrides_of
 from nhtrack.config.sweep import Sweep
-from nhtrack.errors import FeasibilityError, NhtrackError
+from nhtrack.errors import FeasibilityError
 from nhtrack.execution import Executor, Processes, cores
 from nhtrack.experiment.build import Experiment, build
 from nhtrack.experiment.compile import compile_once
 from nhtrack.experiment.load import load, load_sweep
 from nhtrack.files.appeared import wait_for
-from nhtrack.files.folder import is_used, save_json
-from nhtrack.recording.versions import versions
 from nhtrack.studies.campaign.tables import save_runs
+from nhtrack.studies.sweep.account import claim, files_of, require_unchanged
 from nhtrack.studies.sweep.batch import most_side_by_side
-from nhtrack.studies.sweep.parts import Part, metric_columns
+from nhtrack.studies.sweep.parts import Part, metric_columns, read_rows
 from nhtrack.studies.sweep.plan import Plan
 from nhtrack.studies.sweep.result import SweepResults
 from nhtrack.studies.sweep.stubborn import do_parts
 from nhtrack.terminal.progress import Observer, Stage, Tell, shown_progress
-
-
-class SweepError(NhtrackError):
-    """A sweep that cannot be gone on with."""
 
 
 def sweep(
@@ -66,7 +58,7 @@ def sweep(
 
     Raises:
         ScenarioError: everything wrong with the sweep, its scenario and the values of its axes.
-        SweepError: the folder holds another sweep.
+        SweepError: the folder holds another sweep, or a file that runs read changed meanwhile.
         EngineError, MachineError: the executor cannot be had, or its machines are not like this one.
     """
     loaded = source if isinstance(source, Sweep) else load_sweep(source, overrides_of(set=set))
@@ -104,7 +96,7 @@ def run_sweep(
         tell: called with each warning there is before its runs.
 
     Raises:
-        SweepError: the folder holds another sweep.
+        SweepError: the folder holds another sweep, or a file that runs read changed meanwhile.
         EngineError, MachineError: the executor cannot be had, or its machines are not like this one.
     """
     executor, plan = executor or Processes(), plan_of(sweep)
@@ -112,7 +104,7 @@ def run_sweep(
     compile_once(stage)
     warnings = sweep_beforehand(plan)
     require_machines(executor, folder, plan.tree, sweep.model_dump(mode="json"))
-    size = _claim(plan, folder, workers)
+    size = claim(plan, folder, lambda: part_size(plan, workers))
     if tell is not None:
         for warning in warnings:
             tell(warning)
@@ -126,15 +118,17 @@ def run_sweep(
         done += len(part.runs)
         report(done, sweep.runs)
     wait_for(part.path for part in parts)
-    runs = pd.concat([pd.read_parquet(part.path) for part in parts], ignore_index=True).sort_values("run")
-    file = save_runs(runs.reset_index(drop=True), folder / "runs.parquet")
+    require_unchanged(plan)
+    runs = read_rows(part.path for part in parts)
+    file = save_runs(runs, folder / "runs.parquet")
     metrics = tuple(metric_columns(sweep, plan.base))
-    return SweepResults(sweep, plan.base, pd.read_parquet(file), metrics, folder, (file,), warnings)
+    return SweepResults(sweep, plan.base, runs, metrics, folder, (file,), warnings)
 
 
 def plan_of(sweep: Sweep) -> Plan:
     """Returns the plan of a sweep, its scenario loaded."""
-    return Plan(sweep, load(sweep.base, sweep.base_changes))
+    base = load(sweep.base, sweep.base_changes)
+    return Plan(sweep, base, files_of(sweep, base.model_dump(mode="json")))
 
 
 def sweep_beforehand(plan: Plan) -> tuple[str, ...]:
@@ -166,24 +160,3 @@ def _sketch(plan: Plan) -> Experiment:
     law = plan.base.law
     free = law.model_copy(update={"limits": None}) if "limits" in type(law).model_fields else law
     return build(plan.base.model_copy(update={"law": free}))
-
-
-def _claim(plan: Plan, folder: Path, workers: int) -> int:
-    """Returns how many runs a part has, after the account is written or found to be the same.
-
-    Raises:
-        SweepError: the folder holds something else.
-    """
-    used, account = is_used(folder), folder / "sweep.json"
-    laws = {} if plan.base.law.kind.built_in else {plan.base.law.name: plan.base.law.kind.hash}
-    asked = {"asked": plan.sweep.model_dump(mode="json"), "base": plan.tree, "laws": laws}
-    if account.is_file():
-        held = json.loads(account.read_text())
-        if {key: held.get(key) for key in asked} != json.loads(json.dumps(asked)):
-            raise SweepError(f"{folder} holds another sweep; choose another --out")
-        return int(held["part"])
-    if used:
-        raise SweepError(f"{folder} exists already and holds no sweep; choose another --out")
-    size = part_size(plan, workers)
-    save_json(account, asked | {"part": size, "versions": versions()})
-    return size
