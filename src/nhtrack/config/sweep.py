@@ -229,7 +229,9 @@ class Sweep(Section):
     @property
     def points(self) -> int:
         """How many points there are."""
-        return self.sample.points(len(self.axes)) if self.sample is not None else math.prod(len(self.values(key)) for key in self.axes)
+        if self.sample is not None:
+            return self.sample.points(len(self.axes))
+        return math.prod(len(self.values(key)) for key in self.axes)
 
     @property
     def runs(self) -> int:

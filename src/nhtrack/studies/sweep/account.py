@@ -69,7 +69,7 @@ def require_unchanged(plan: Plan) -> None:
     changed = [file for file, known in plan.files.items() if fingerprint(file) != known]
     if changed:
         told = ", ".join(changed)
-        raise SweepError(f"{told}: changed while the sweep ran, so that rows may be of either; begin anew in another --out")
+        raise SweepError(f"{told}: changed while the sweep ran; rows may be of either, so begin anew in another --out")
 
 
 def _differences(held: Mapping[str, Any], asked: Mapping[str, Any]) -> Iterator[str]:

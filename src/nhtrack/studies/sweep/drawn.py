@@ -45,7 +45,7 @@ class Drawn:
 
 def drawn(results: SweepResults) -> Drawn:
     """Returns what the page of a sweep draws."""
-    completed, metrics = results.completed.reset_index(drop=True), known_metrics(results)
+    completed, metrics = results.completed.reset_index(drop=True), results.known
     fronts = dict(all_fronts(completed, metrics))
     rows = shown_rows(completed, metrics, list(fronts.values()), len(results.sweep.axes))
     shown, most = completed.iloc[rows], _cells_of(len(metrics), len(results.varied))
@@ -62,11 +62,6 @@ def drawn(results: SweepResults) -> Drawn:
         "pairs": [[metrics.index(name) for name in pair] for pair in results.sweep.pareto if {*pair} <= {*metrics}],
     }
     return Drawn(data, len(shown), any(each.pop("grouped") for each in maps))
-
-
-def known_metrics(results: SweepResults) -> list[str]:
-    """Returns the metrics that some run has a value of."""
-    return [name for name in results.metrics if np.isfinite(results.completed[name]).any()]
 
 
 def shown_rows(completed: pd.DataFrame, metrics: Sequence[str], fronts: Sequence[Array], axes: int) -> Array:
@@ -109,7 +104,7 @@ def _metric(completed: pd.DataFrame, name: str) -> dict[str, Any]:
 
 
 def _rows(sweep: Sweep, shown: pd.DataFrame, metrics: Sequence[str]) -> dict[str, Any]:
-    """Returns runs that can be chosen: numbers as they are drawn, but of what was drawn at random all digits, as text."""
+    """Returns runs that can be chosen: numbers as they are drawn, values drawn at random as texts with all digits."""
     axes = [
         [value_text(float(value)) for value in shown[key]]
         if isinstance(axis, Spread)
@@ -166,7 +161,7 @@ def _map(
 
 
 def _cells(sweep: Sweep, key: str, column: pd.Series, most: int) -> tuple[Array, list[str], bool]:
-    """Returns in which cell along an axis each run lies, what the cells are called, and whether they hold several values."""
+    """Returns in which cell of an axis each run is, what cells are called, and whether they are of several values."""
     if not isinstance(sweep.axes[key], Spread):
         labels = sweep.labels(key)
         together = -(-len(labels) // most)

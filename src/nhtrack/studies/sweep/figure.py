@@ -53,15 +53,12 @@ def save_sweep_figures(results: SweepResults, folder: Path, *, pdf: bool = False
 def _figures(results: SweepResults) -> Iterator[tuple[str, Figure]]:
     """Yields the figures with their names; one is drawn while none before it is still held."""
     sweep, varied = results.sweep, results.varied
-    known = [metric for metric in results.metrics if results.completed[metric].notna().any()]
+    known = results.known
     if not varied or not known:
         return
     stems = file_names(results.metrics)
     for metric in known:
-        if sweep.sample is None and len(varied) == 2:
-            yield f"map_{stems[metric]}", sweep_map(results, metric, *varied)
-        else:
-            yield f"axes_{stems[metric]}", sweep_axes(results, metric, varied)
+        yield f"{'map' if results.is_mapped else 'axes'}_{stems[metric]}", figure_of(results, metric)
     differing = [metric for metric in known if results.completed[metric].nunique() > 1]
     if len(varied) > 1 and len(differing) > 1:
         yield "matrix", sweep_matrix(results, differing)
@@ -71,6 +68,13 @@ def _figures(results: SweepResults) -> Iterator[tuple[str, Figure]]:
     indices = sobol_indices(results)
     if len(indices):
         yield "indices", sweep_indices(indices)
+
+
+def figure_of(results: SweepResults, metric: str) -> Figure:
+    """Returns the figure of a metric: a map where two axes are combined, else the metric over each axis by itself."""
+    if results.is_mapped:
+        return sweep_map(results, metric, *results.varied)
+    return sweep_axes(results, metric, results.varied)
 
 
 @styled

@@ -1,4 +1,4 @@
-"""Figures of a sweep that have several metrics in them: all over all axes, two against each other, and their indices."""
+"""Figures of a sweep with several metrics in each: all over all axes, two against each other, and their indices."""
 
 from __future__ import annotations
 

@@ -19,7 +19,7 @@ from nhtrack.files.names import file_names
 from nhtrack.presentation.numbers import counted, grouped, listed
 from nhtrack.report.page import Page, write_page
 from nhtrack.report.scenario_listing import meanings, yaml_text
-from nhtrack.studies.sweep.drawn import DIGITS, Drawn, drawn, known_metrics
+from nhtrack.studies.sweep.drawn import DIGITS, Drawn, drawn
 from nhtrack.studies.sweep.front import pareto_rows
 from nhtrack.studies.sweep.indices import NEED, sobol_indices
 from nhtrack.studies.sweep.parts import COMPLETED, LOST_RUN
@@ -49,7 +49,7 @@ def sweep_page(results: SweepResults, versions: Mapping[str, str], files: Mappin
         versions: of what made them.
         files: scenario files of some runs, relative to the page.
     """
-    sweep, metrics, content = results.sweep, known_metrics(results), drawn(results)
+    sweep, metrics, content = results.sweep, results.known, drawn(results)
     tree, indices = sweep.model_dump(mode="json", exclude_defaults=True), sobol_indices(results)
     sections = {} if not metrics else dict(_SECTIONS)
     if len(results.varied) < 2:
@@ -98,28 +98,25 @@ def command_prefix(sweep: Sweep) -> str:
 
 
 def write_extremes(results: SweepResults) -> dict[int, str]:
-    """Writes scenario files of the runs with the smallest and the largest of each metric, of fronts, and the first lost.
+    """Writes scenario files of the runs with the smallest and largest of each metric, of fronts, and the first lost.
 
     Returns:
         Their names relative to the results folder, by run.
     """
-    plan, wanted = Plan(results.sweep, results.base), dict[int, str]()
+    plan, written = Plan(results.sweep, results.base), dict[int, str]()
     for name, run in _extremes(results):
-        wanted.setdefault(run, name)
-    written = dict[int, str]()
-    for run, name in wanted.items():
         file = results.folder / "extremes" / f"{name}.yaml"
         scenario = LOADER.load_tree(plan.tree, plan.base.name, overrides=plan.changes(run))
         with atomic_path(file) as temporary:
             temporary.write_text(scenario_text(scenario), encoding="utf-8")
-        written[run] = file.relative_to(results.folder).as_posix()
+        written.setdefault(run, file.relative_to(results.folder).as_posix())
     return written
 
 
 def _extremes(results: SweepResults) -> Iterator[tuple[str, int]]:
     """Yields the runs that get a file of their own, and what it is called."""
     completed, stems = results.completed, file_names(results.metrics)
-    for metric in known_metrics(results):
+    for metric in results.known:
         for which, row in (("smallest", completed[metric].idxmin()), ("largest", completed[metric].idxmax())):
             yield f"{which}_{stems[metric]}", int(completed["run"].loc[row])
     for one, other in results.sweep.pareto:

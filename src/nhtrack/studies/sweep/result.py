@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 
 from nhtrack.config.scenario import Scenario
 from nhtrack.config.sweep import Sweep
 from nhtrack.studies.sweep.parts import COMPLETED
+from nhtrack.views import drawn_by
 
 
 @dataclass(frozen=True, repr=False)
@@ -34,16 +37,30 @@ class SweepResults:
     files: tuple[Path, ...] = ()
     warnings: tuple[str, ...] = ()
 
-    @property
+    @cached_property
     def completed(self) -> pd.DataFrame:
         """The rows of runs that were neither lost nor refused."""
         return self.runs[self.runs["outcome"] == COMPLETED]
 
-    @property
+    @cached_property
     def varied(self) -> list[str]:
         """The axes that have more than one value."""
         return [key for key in self.sweep.axes if self.runs[key].nunique() > 1]
 
+    @cached_property
+    def known(self) -> list[str]:
+        """The metrics that some run has a value of."""
+        return [name for name in self.metrics if np.isfinite(self.completed[name]).any()]
+
+    @property
+    def is_mapped(self) -> bool:
+        """Whether every value of one axis is combined with every value of one other."""
+        return self.sweep.sample is None and len(self.varied) == 2
+
     def __repr__(self) -> str:
         """Returns a one-line account."""
         return f"SweepResults({self.sweep.name!r}, {len(self.runs)} runs in {self.folder})"
+
+    def _repr_html_(self) -> str:
+        """Returns what a notebook shows: smallest, median and largest of each metric, and a drawing."""
+        return drawn_by("nhtrack.studies.sweep.view.sweep_html", self)
