@@ -18,7 +18,8 @@ from nhtrack.config.formulas import formulas_in, with_values
 from nhtrack.config.messages import shape_faults
 from nhtrack.config.named_files import with_named_files
 from nhtrack.config.scenario import Scenario
-from nhtrack.config.sweep import Sweep, sweep_findings
+from nhtrack.config.sweep import Sweep
+from nhtrack.config.sweep_findings import backend_findings, sweep_findings
 from nhtrack.config.sweep_trials import located, trials
 from nhtrack.config.tree import Document, Path, ancestors, dotted, lookup, parse_yaml
 from nhtrack.errors import Fault, ScenarioError, did_you_mean
@@ -103,6 +104,8 @@ class Loader:
             return
         if base.similarity.time == "auto":
             yield _placed(("base",), f"{_AUTO.key}: {_AUTO.message}, such as in `set`", document, {})
+        for place, message in backend_findings(sweep, base.backend):
+            yield _placed(place, message, document, {})
         tree = base.model_dump(mode="json")
         for place, alone, together in trials(sweep):
             faults = self._faults(tree, alone)

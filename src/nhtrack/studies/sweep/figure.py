@@ -35,6 +35,7 @@ from nhtrack.studies.sweep.result import SweepResults
 from nhtrack.studies.sweep.screen import figure_text, unit_of
 
 _PANEL = (2.5, 2.1)  # [in] of a panel
+_WRITTEN = 150  # cells of a map in which numbers are written
 
 
 @styled
@@ -58,7 +59,7 @@ def _figures(results: SweepResults) -> Iterator[tuple[str, Figure]]:
         return
     stems = file_names(results.metrics)
     for metric in known:
-        yield f"{'map' if results.is_mapped else 'axes'}_{stems[metric]}", figure_of(results, metric)
+        yield f"{'map' if results.mapped else 'axes'}_{stems[metric]}", figure_of(results, metric)
     differing = [metric for metric in known if results.completed[metric].nunique() > 1]
     if len(varied) > 1 and len(differing) > 1:
         yield "matrix", sweep_matrix(results, differing)
@@ -71,14 +72,14 @@ def _figures(results: SweepResults) -> Iterator[tuple[str, Figure]]:
 
 
 def figure_of(results: SweepResults, metric: str) -> Figure:
-    """Returns the figure of a metric: a map where two axes are combined, else the metric over each axis by itself."""
-    if results.is_mapped:
-        return sweep_map(results, metric, *results.varied)
+    """Returns the figure of a metric: maps where two or three axes are combined, else it over each axis by itself."""
+    if results.mapped:
+        return sweep_map(results, metric, *results.mapped)
     return sweep_axes(results, metric, results.varied)
 
 
 @styled
-def sweep_map(results: SweepResults, metric: str, up: str, across: str) -> Figure:
+def sweep_map(results: SweepResults, metric: str, up: str, across: str, aside: str | None = None) -> Figure:
     """Returns a metric over two axes, medians of the repetitions; grey where no run completed.
 
     Args:
@@ -86,32 +87,43 @@ def sweep_map(results: SweepResults, metric: str, up: str, across: str) -> Figur
         metric: a column of its table.
         up: the axis that is drawn upwards.
         across: the other.
+        aside: an axis of whose values each has a panel.
     """
-    sweep = results.sweep
-    table = results.completed.pivot_table(metric, up, across, "median", sort=False)
-    table = table.reindex(index=list(sweep.labels(up)), columns=list(sweep.labels(across)))
-    rows, columns = table.shape
-    figure = Figure(figsize=(min(9.0, max(4.2, 2.4 + 0.42 * columns)), min(8.0, max(2.8, 1.4 + 0.34 * rows))))
-    axes = figure.subplots()
-    axes.set_facecolor("#DADADA")
-    values = np.ma.masked_invalid(table.to_numpy(dtype=float))
-    norm = norm_of(values)
-    axes.pcolormesh(values, cmap=MAP, norm=norm, rasterized=True)
-    if rows * columns <= 150:
-        _write_values(axes, values, norm, unit_of(metric))
-    axes.set_xticks(*ticks_of(table.columns))
-    axes.set_yticks(*ticks_of(table.index))
-    axes.set_xlabel(plain(across))
-    axes.set_ylabel(plain(up))
-    axes.tick_params(length=0)
-    axes.grid(False)
-    for spine in axes.spines.values():
-        spine.set_visible(False)
-    bar = figure.colorbar(ScalarMappable(norm, MAP), ax=axes, aspect=22, pad=0.02)
+    sweep, completed = results.sweep, results.completed
+    panels: dict[Any, pd.DataFrame] = {"": completed}
+    if aside is not None:
+        panels = {label: completed[completed[aside] == label] for label in sweep.labels(aside)}
+    rows, columns = len(sweep.labels(up)), len(sweep.labels(across))
+    width, height = min(7.0, 0.8 + 0.42 * columns), min(8.0, max(2.8, 1.4 + 0.34 * rows))
+    figure = Figure(figsize=(max(4.2, 1.6 + width * len(panels)), height))
+    norm = norm_of(completed[metric].to_numpy(dtype=float))
+    drawn = figure.subplots(1, len(panels), sharey=True, squeeze=False)[0]
+    for axes, (label, part) in zip(drawn, panels.items(), strict=True):
+        table = part.pivot_table(metric, up, across, "median", sort=False)
+        _draw_map(axes, table.reindex(index=list(sweep.labels(up)), columns=list(sweep.labels(across))), norm, metric)
+        axes.set_xlabel(plain(across))
+        axes.set_title("" if aside is None else plain(f"{aside}: {label}"), fontsize=8.5)
+    drawn[0].set_ylabel(plain(up))
+    bar = figure.colorbar(ScalarMappable(norm, MAP), ax=list(drawn), aspect=22, pad=0.02)
     bar.outline.set_linewidth(0.0)
     bar.ax.grid(False)
     head(figure, title_of(metric))
     return figure
+
+
+def _draw_map(axes: Axes, table: pd.DataFrame, norm: Normalize, metric: str) -> None:
+    """Draws the values of a metric in cells."""
+    axes.set_facecolor("#DADADA")
+    values = np.ma.masked_invalid(table.to_numpy(dtype=float))
+    axes.pcolormesh(values, cmap=MAP, norm=norm, rasterized=True)
+    if values.size <= _WRITTEN:
+        _write_values(axes, values, norm, unit_of(metric))
+    axes.set_xticks(*ticks_of(table.columns))
+    axes.set_yticks(*ticks_of(table.index))
+    axes.tick_params(length=0)
+    axes.grid(False)
+    for spine in axes.spines.values():
+        spine.set_visible(False)
 
 
 @styled

@@ -18,6 +18,7 @@ from nhtrack.studies.sweep.result import SweepResults
 
 _CELL = (1.75, 1.25)  # [in] of a panel of the matrix
 _MATRIX_DOTS = 60_000  # in all of its panels
+_DOT = 7.0  # largest size of a dot in the matrix
 _APART = 60.0  # [px] between runs of a front whose numbers are written
 _BAR = 0.36  # height of a bar, of 1 that an axis has
 
@@ -37,10 +38,10 @@ def sweep_matrix(results: SweepResults, metrics: list[str]) -> Figure:
     most = max(300, _MATRIX_DOTS // (rows * columns))
     for metric, line in zip(metrics, panels, strict=True):
         known = completed.dropna(subset=[metric])
-        shown, _, look = dots_of(known, most)
+        shown, size, look = dots_of(known, most)
         for key, axes in zip(varied, line, strict=True):
             place = lay_axis(axes, results.sweep, key, most=2)
-            axes.scatter(place(shown[key]), shown[metric], 2.5, **look)
+            axes.scatter(place(shown[key]), shown[metric], min(size, _DOT), **look)
         if is_logarithmic(known[metric].to_numpy(dtype=float)):
             line[0].set_yscale("log")
         line[0].set_ylabel(plain(title_of(metric).replace(" [", "\n[")), fontsize=7.5)

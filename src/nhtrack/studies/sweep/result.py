@@ -14,6 +14,8 @@ from nhtrack.config.sweep import Sweep
 from nhtrack.studies.sweep.parts import COMPLETED
 from nhtrack.views import drawn_by
 
+_ASIDE = 4  # values of an axis of which each may have a map of its own
+
 
 @dataclass(frozen=True, repr=False)
 class SweepResults:
@@ -53,9 +55,15 @@ class SweepResults:
         return [name for name in self.metrics if np.isfinite(self.completed[name]).any()]
 
     @property
-    def is_mapped(self) -> bool:
-        """Whether every value of one axis is combined with every value of one other."""
-        return self.sweep.sample is None and len(self.varied) == 2
+    def mapped(self) -> list[str]:
+        """The two axes whose values are all combined, and a third of few values, if there is one; else none."""
+        if self.sweep.sample is not None or len(self.varied) not in (2, 3):
+            return []
+        if len(self.varied) == 2:
+            return self.varied
+        counts = {key: len(self.sweep.labels(key)) for key in self.varied}
+        aside = min(counts, key=lambda key: counts[key])
+        return [*(key for key in self.varied if key != aside), aside] if counts[aside] <= _ASIDE else []
 
     def __repr__(self) -> str:
         """Returns a one-line account."""
