@@ -220,7 +220,7 @@ seed alone go side by side through one compiled model. A run that is lost, that 
 three processes, is a row with its reason. With `repeats` the k-th run of every point has the scenario's seed + k, the
 same noise at every point.
 
-![Late position error of three laws, by how late commands are and by how much the law is asked ahead](figures/sweep_delay.png)
+![Late position error of three laws, by delay and by how far they are asked ahead](figures/sweep_delay.png)
 
 This is `sweep/delay`: 147 runs on wheels behind a figure of eight, at 50 Hz. On the diagonal laws are asked ahead by as
 much as their commands are late: 80 ms late `agile` then keeps within 21 µm, 0.49 mm where it is not asked ahead. At

@@ -1,6 +1,6 @@
 // A sweep's metrics over its axes, two of them against each other, and the run that is chosen among them.
 
-const {axes, metrics, rows, maps, curves, fronts, pairs, again, files, indices} = data;
+const {axes, metrics, rows, maps, curves, fronts, pairs, again, files, indices, completed} = data;
 const field = (id) => document.getElementById(id);
 const choose = {metric: field('metric'), pair: field('pair'), one: field('one'), other: field('other')};
 const varied = axes.map((_, place) => place).filter((place) => axes[place].varied);
@@ -106,40 +106,6 @@ function named(names) {
   const every = Math.ceil(names.length / 12);
   const places = names.map((_, place) => place).filter((place) => place % every === 0);
   return {tickvals: places, ticktext: places.map((place) => names[place])};
-}
-
-function heat() {
-  const [map, place] = [maps[Number(choose.pair.value)], Number(choose.metric.value)];
-  const {factors, unit} = metrics[place];
-  const bend = (value) => (value === null ? null : factors ? Math.log10(value) : value);
-  const values = map.values[place];
-  const trace = {
-    type: 'heatmap', z: values.map((line) => line.map(bend)), colorscale: SCALE, hoverongaps: false, xgap: 1, ygap: 1,
-    text: values.map((line, up) => line.map((value, across) => `${axes[map.axes[0]].key} ${map.rows[up]}<br>`
-      + `${axes[map.axes[1]].key} ${map.columns[across]}<br>${figure(value, unit)}`)),
-    hovertemplate: '%{text}<extra></extra>',
-    colorbar: {thickness: 12, outlinewidth: 0, tickfont: {color: inks().ink, size: LETTERS}, ...(factors ? {tickprefix: '10^'} : {})},
-  };
-  const [up, across] = map.axes.map((each) => axes[each].key);
-  const shape = look(field('heat'), {
-    margin: {...MARGIN, l: 90, r: 80, b: 56},
-    xaxis: axis({...named(map.columns), title: {text: across, standoff: 8}}),
-    yaxis: axis({...named(map.rows), title: {text: up, standoff: 8}}),
-  });
-  return [field('heat'), [trace], shape, CONFIG];
-}
-
-// The run of a cell whose value is nearest to the cell's: its names are what runs are told by.
-function pickOfCell({points: [point]}) {
-  const map = maps[Number(choose.pair.value)];
-  const [up, across] = point.pointIndex ?? point.pointNumber;
-  const value = map.values[Number(choose.metric.value)][up][across];
-  const of = rows.metrics[Number(choose.metric.value)];
-  const inside = map.runs.map((cell, row) => (cell === up * map.columns.length + across && of[row] !== null ? row : -1))
-    .filter((row) => row >= 0);
-  field('map-told').textContent = inside.length ? '' : 'No run of this cell is on the page; runs.parquet has all.';
-  if (value === null || inside.length === 0) return;
-  pick(inside.reduce((best, row) => (Math.abs(of[row] - value) < Math.abs(of[best] - value) ? row : best)));
 }
 
 function curve({place, div}) {

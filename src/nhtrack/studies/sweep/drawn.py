@@ -55,6 +55,7 @@ def drawn(results: SweepResults) -> Drawn:
     data = {
         "axes": [_axis(results.sweep, key, varied=key in results.varied) for key in results.sweep.axes],
         "metrics": [_metric(completed, name) for name in metrics],
+        "completed": len(completed),
         "rows": _rows(results.sweep, shown, metrics),
         "maps": maps,
         "curves": [_curves(results.sweep, completed, metrics, key) for key in results.sweep.axes],

@@ -70,7 +70,7 @@ def sweep_page(results: SweepResults, versions: Mapping[str, str], files: Mappin
         tiles=_tiles(results),
         warnings=results.warnings,
         facts=[("base", sweep.base), ("backend", results.base.backend), ("results", str(results.folder))],
-        scripts=("sweep.js", "sweep_matrix.js") if metrics else (),
+        scripts=("sweep.js", "sweep_map.js", "sweep_matrix.js") if metrics else (),
         plots=bool(metrics),
         data=data,
         contents={
