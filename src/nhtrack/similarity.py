@@ -13,6 +13,8 @@ from dataclasses import dataclass
 
 from nhtrack.arrays import Array, namespace, require_last_axis
 
+_DIGITS = 4  # of a time scale; friction goes with its square and is then used to within 0.2 % of the margin
+
 
 @dataclass(frozen=True)
 class Similarity:
@@ -83,3 +85,12 @@ class Similarity:
         require_last_axis(name, values, len(factors))
         xp = namespace(values)
         return values * xp.asarray(factors, dtype=xp.float64)
+
+
+def rounded_up(value: float, digits: int = _DIGITS) -> float:
+    """Returns the smallest number of so many significant digits that is not below a positive value."""
+    nearest = float(f"{value:.{digits}g}")
+    if nearest >= value:
+        return nearest
+    step = 10.0 ** (math.floor(math.log10(value)) - digits + 1)
+    return float(f"{nearest + step:.{digits}g}")

@@ -16,7 +16,9 @@ from nhtrack.analysis.event import Event, Touch, sentences
 from nhtrack.analysis.events import AT_LIMIT, CLEAR, CREEP, HIGH, LEANING, LIFTED, SPINNING, STILL, find_events
 from nhtrack.analysis.metrics import summary
 from nhtrack.analysis.spells import GAP, joined_spells, lasting
+from nhtrack.effects.patches import Patches
 from nhtrack.experiment.load import load, load_text
+from nhtrack.ground import Patch
 from nhtrack.recording import Recording, make_recording
 from nhtrack.report.summary_text import run_verdicts
 from nhtrack.simulation.robot_models import read_robot
@@ -117,6 +119,26 @@ def test_what_a_recording_does_not_know_is_not_looked_for() -> None:
     story["tilt"][50:60, LEADER] = 0.2
     del story.arrays["longitudinal_slip"], story.arrays["wheel_load"], story.arrays["wheel_speed"]
     assert [event.kind for event in story.events()] == ["leaning"]
+
+
+# -- hopping ----------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("trusted", "wheels"),
+    [(1.2, ["left"]), (0.0, ["both"]), (2.0, []), (None, [])],
+    ids=["firm", "default", "all", "old"],
+)
+def test_slides_whose_loads_are_not_known_are_told(story: Story, trusted: float, wheels: list[str]) -> None:
+    """The left wheel stands on rubber, both slide."""
+    story.slide(slice(10, 20), FOLLOWER, LEFT, 0.3)
+    story.slide(slice(10, 20), FOLLOWER, RIGHT, 0.3)
+    story["wheel_load"][15, FOLLOWER, LEFT] = 9.0
+    rubber = Patch(1.5, disc=(0.0, HALF_SEPARATION, 0.02))
+    scene = SceneSpec(robots=("leader", "follower"), friction=0.8, effects=(Patches((rubber,)),)).to_json()
+    found = [event for event in story.events(scene=scene, trusted_friction=trusted) if event.kind == "hopping"]
+    assert [event.wheel for event in found] == wheels
+    assert all("9 N at the most" in said for said in sentences(found))
 
 
 # -- slipping ---------------------------------------------------------------------------------------
@@ -529,6 +551,8 @@ class TestRealWheels:
         changes = (f"physics.friction={holds / used}", "leader.input.u_x=0.5", "leader.input.u_theta=0")
         found = outcome(*changes, "leader.start.twist=[0, 0]", duration=0.5)
         assert kinds(found, "leader") == ({"slipping"} if slips else set())
+        untold = outcome(*changes, "leader.start.twist=[0, 0]", "physics.contact.model=default", duration=0.5)
+        assert not slips or kinds(untold, "leader") == {"slipping", "hopping"}
 
     def test_a_cart_whose_wheels_spin_on_ice_stays_on_the_floor(self) -> None:
         """It bears all the while what it did before, but for what it then gains in speed."""

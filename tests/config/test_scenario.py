@@ -187,7 +187,7 @@ def test_a_slope_beyond_the_friction_angle_is_told() -> None:
     (told,) = warned("physics.slope.angle=0.3", "physics.friction=0.3")
     assert told == (
         "physics.friction 0.3 holds up to 0.291 rad, and physics.slope.angle is 0.3: nothing there stays where it is; "
-        "0.311 would hold it"
+        "0.31 would hold it"
     )
     near, far = (f"physics.patches=[{{friction: 0.2, disc: [{x}, 0, 1]}}]" for x in (0, 99))
     (told,) = warned("physics.slope.angle=0.25", "physics.friction=0.3", near)

@@ -9,6 +9,7 @@ from nhtrack.effects.planar_base import PlanarBase
 from nhtrack.simulation.contact import FrictionRow, tyre_compliance
 from nhtrack.simulation.mujoco import MujocoSimulation
 from nhtrack.simulation.scene import make_scene
+from nhtrack.simulation.sliding import firm_friction
 from nhtrack.simulation.spec import SceneSpec
 from nhtrack.simulation.state import Driven, State
 
@@ -51,6 +52,18 @@ def test_a_robot_that_rolls_has_the_bits_of_a_step_of_mujoco_alone() -> None:
     (_, told), (_, untold) = (driven((1.0, 2.0), 50, untold=untold) for untold in (False, True))
     np.testing.assert_array_equal(told.g, untold.g)
     np.testing.assert_array_equal(told.telemetry["wheel_load"], untold.telemetry["wheel_load"])
+
+
+@pytest.mark.parametrize(("share", "told"), [(0.98, True), (1.02, False)])
+def test_tyres_are_told_of_their_slip_up_to_firm_friction(share: float, told: bool) -> None:
+    """Beyond it a step is MuJoCo's own, to the last bit; recordings have the number."""
+    firm = firm_friction(tyre_compliance(make_scene(SceneSpec(("one",), robot="burger"))))
+    assert firm == pytest.approx(0.79, abs=0.01)
+    (_, run), (_, own) = (
+        driven((25.0, 0.0), 60, untold=untold, robot="burger", friction=share * firm) for untold in (False, True)
+    )
+    assert np.abs(own.telemetry["longitudinal_slip"]).max() > 1e-3
+    assert told != np.array_equal(run.g, own.g)
 
 
 def test_robots_of_one_scene_slide_as_each_would_alone() -> None:

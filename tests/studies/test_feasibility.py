@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 import tolerances as tol
 from nhtrack.analysis.demand import demands, predictions, wheel_uses
 from nhtrack.analysis.motion import IdealMotion, motion_of
-from nhtrack.analysis.speedup import LIMITS, bindings, largest_factors, rounded_up
+from nhtrack.analysis.speedup import LIMITS, bindings, largest_factors
 from nhtrack.config.scenario import Scenario
 from nhtrack.errors import FeasibilityError, ScenarioError
 from nhtrack.experiment.build import build
@@ -24,6 +24,7 @@ from nhtrack.experiment.load import load_text
 from nhtrack.ground import Ground
 from nhtrack.robots.diff_drive import DiffDrive
 from nhtrack.robots.diff_drive.losses import WheelLosses
+from nhtrack.similarity import rounded_up
 from nhtrack.simulation.ideal import IdealSimulation
 from nhtrack.simulation.robot_models import load_robot
 from nhtrack.studies.feasibility.result import Feasibility

@@ -23,10 +23,11 @@ from nhtrack.studies.sweep.account import SweepError
 from nhtrack.studies.sweep.drawn import MOST_RUNS_SHOWN, shown_rows
 from nhtrack.studies.sweep.front import all_fronts
 from nhtrack.studies.sweep.indices import sobol_indices
-from nhtrack.studies.sweep.parts import FAILED, LOST_RUN, part_rows
+from nhtrack.studies.sweep.parts import FAILED, LOST_RUN, Part, part_rows
 from nhtrack.studies.sweep.plan import drawn_shares
 from nhtrack.studies.sweep.result import SweepResults
 from nhtrack.studies.sweep.run import plan_of, run_sweep, sweep
+from nhtrack.studies.sweep.stubborn import do_parts
 from reports import HOSTILE
 
 WHEELS = """\
@@ -175,10 +176,13 @@ set: {duration: 0.05, leader.virtual: true, backend: ideal, law: {file: deadly.p
 axes: {law.kick: [1.0, 3.0, 2.0]}
 metrics: [late_position_error]
 """
-    done = run_sweep(sweep_of(tmp_path, text), tmp_path / "out", executor=Processes(1, begin=print))
-    assert list(done.runs["outcome"]) == ["completed", FAILED, "completed"]
-    assert done.runs["reason"][1] == "ended the process that ran it, 3 times"
-    assert {path.name for path in (tmp_path / "out" / "parts").iterdir()} == {f"{k}.parquet" for k in range(3)}
+    parts = [Part(np.array(runs), tmp_path / "parts" / f"{runs[0]}.parquet") for runs in ([2, 1], [0])]
+    done = list(do_parts(plan_of(sweep_of(tmp_path, text)), parts, Processes(1, begin=print)))
+    assert sorted(part.path for part in done) == sorted((tmp_path / "parts").iterdir()) == sorted(p.path for p in parts)
+    rows = pd.concat([pd.read_parquet(part.path) for part in parts], ignore_index=True)
+    assert list(rows["run"]) == [2, 1, 0]
+    assert list(rows["outcome"]) == ["completed", FAILED, "completed"]
+    assert rows["reason"][1] == "ended the process that ran it, 3 times"
 
 
 @pytest.mark.parametrize("method", ["sobol", "latin_hypercube", "random"])

@@ -9,7 +9,6 @@ import numpy as np
 from nhtrack.analysis.demand import root_predictions
 from nhtrack.analysis.extent import extent_of
 from nhtrack.analysis.motion import root_path_of
-from nhtrack.analysis.speedup import rounded_up
 from nhtrack.analysis.time_scale import at_time, leader_time
 from nhtrack.config.degrees import degree_warnings
 from nhtrack.config.law_sections import law_section
@@ -21,6 +20,7 @@ from nhtrack.experiment.leader_notes import leader_warnings
 from nhtrack.experiment.robot_checks import robot_warnings
 from nhtrack.laws import Law, LeaderMotion, Limits
 from nhtrack.laws.leader_bounds import close_to_limits, over_limits
+from nhtrack.similarity import rounded_up
 
 _RESERVE = 1.05  # a leader at its followers' limit is not reached by most of them; one as much slower is
 _ELSE = "agile"  # the law to be tried where another one has a bound

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from nhtrack.analysis.motion import WHEELS, IdealMotion, motion_of, robots_with_wheels, root_motion
-from nhtrack.analysis.speedup import Binding, binding_of, bindings, rounded_up
+from nhtrack.analysis.speedup import Binding, binding_of, bindings
 from nhtrack.arrays import Array
 from nhtrack.config.scenario import Scenario
 from nhtrack.experiment.build import Experiment
@@ -18,6 +18,7 @@ from nhtrack.experiment.loop import Rollout
 from nhtrack.ground import Ground
 from nhtrack.robots.diff_drive import DiffDrive
 from nhtrack.robots.motor import Motor
+from nhtrack.similarity import rounded_up
 
 _ROUNDING = 1e-9  # over a limit that counts as at it
 

@@ -8,7 +8,7 @@ from typing import Literal
 
 import numpy as np
 
-EventKind = Literal["slipping", "wheel off the floor", "stuck", "leaning", "tipped", "touched"]
+EventKind = Literal["slipping", "hopping", "wheel off the floor", "stuck", "leaning", "tipped", "touched"]
 
 
 @dataclass(frozen=True)
@@ -83,6 +83,8 @@ def first_touch(events: Sequence[Event]) -> float | None:
 _SENTENCES: dict[EventKind, str] = {
     "slipping": "slid: a wheel was at its friction limit for {seconds:.2g} s, first at {first:.3g} s, "
     "sliding at up to {worst:.2g} m/s",
+    "hopping": "hopped on wheels that slid: for {seconds:.2g} s, first at {first:.3g} s; what they bear there, "
+    "{worst:.3g} N at the most, is MuJoCo's and not Coulomb's (docs/fidelity.md)",
     "wheel off the floor": "lifted {wheels}: off the floor for {seconds:.2g} s, first at {first:.3g} s",
     "stuck": "was stuck: hardly moved for {seconds:.2g} s, first at {first:.3g} s, while its wheels turned at up to "
     "{worst:.2g} m/s at their rims",

@@ -18,6 +18,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from nhtrack import se2
 from nhtrack.analysis.event import Event, EventKind
 from nhtrack.analysis.spells import begins, joined_spells, lasting
 from nhtrack.analysis.touches import touches
@@ -52,6 +53,8 @@ def find_events(recording: Recording) -> tuple[Event, ...]:
     """Returns the events of a run, by their start, then in the order of robots and kinds.
 
     - `slipping`: a wheel at its friction limit (`AT_LIMIT`) that slips faster than `CREEP`; its largest slip speed.
+    - `hopping`: a wheel that slides as above, where its loads are not to be trusted: `contact.model: default`, or
+      friction that could tip the robot; its largest load.
     - `wheel off the floor`: a wheel that bears no load and is clear of the floor by more than `CLEAR`, for `LIFTED` or
       longer, or as high as `HIGH`; how high it rose. Loads are means over control periods, since the contact forces of
       a sliding wheel chatter from one physics step to the next, and such a wheel hops.
@@ -124,9 +127,25 @@ def slip_speed(recording: Recording) -> np.ndarray:
     return np.where(slips, speed, 0.0)
 
 
+def wheel_places(recording: Recording) -> np.ndarray:
+    """Returns where wheels touch the floor, left and right [m], shape (t, n, 2, 2)."""
+    pose, b = recording["pose"].values, recording.robot.half_separation
+    across = np.array([[0.0, b], [0.0, -b]])
+    return np.asarray(se2.act(pose[:, :, None], np.broadcast_to(across, (*pose.shape[:2], 2, 2))))
+
+
 def _slipping(recording: Recording) -> Condition:
     speed = slip_speed(recording)
     return Condition(speed > 0, speed.max(axis=-1))
+
+
+def _hopping(recording: Recording) -> Condition:
+    """Returns where wheels slide on friction with which the model does not know their loads, `simulation.sliding`."""
+    slides, load = slip_speed(recording) > 0, recording["wheel_load"].values.max(axis=-1)
+    if not slides.any():
+        return Condition(slides, load)
+    friction = recording.scene.ground.friction_at(wheel_places(recording))
+    return Condition(slides & (friction >= recording.robot.trusted_friction), load)
 
 
 def _off_the_floor(recording: Recording) -> Condition:
@@ -137,7 +156,7 @@ def _off_the_floor(recording: Recording) -> Condition:
 
 
 def _stuck(recording: Recording) -> Condition:
-    wheel_radius, half_separation, _, no_load_speed = recording.robot
+    wheel_radius, half_separation, _, no_load_speed, _ = recording.robot
     # Means over the period: velocities of a jammed robot chatter from one physics step to the next.
     x, y, theta = np.moveaxis(np.diff(recording["pose"].values, axis=0, prepend=np.nan), -1, 0)
     moved = np.hypot(x, y) + half_separation * np.abs(theta)
@@ -160,6 +179,11 @@ _RULES = (
     EventRule(
         "slipping", "slip speed", "m/s",
         _slipping, ("friction_utilisation", "longitudinal_slip", "lateral_slip"),
+    ),
+    EventRule(
+        "hopping", "largest load", "N", _hopping,
+        ("friction_utilisation", "longitudinal_slip", "lateral_slip", "wheel_load", "pose"),
+        ("half_separation", "trusted_friction"),
     ),
     EventRule(
         "wheel off the floor", "height", "m",

@@ -53,16 +53,16 @@ def require_machines(executor: Executor, folder: Path | None, *trees: Any) -> No
     if not executor.elsewhere:
         return
     files = tuple(sorted({file for tree in trees for file in files_in(tree)}))
-    with nullcontext() if folder is None else made_folder(folder):
+    with nullcontext() if folder is None else made_folder(folder):  # which is no longer there where it is refused
         with nullcontext(None) if folder is None else temporary_folder(folder.absolute()) as shared:
             answers = executor.everywhere(partial(_look, files, shared))
-    here, found = _facts(files), list[str]()
-    for machine, (facts, writes) in answers:
-        found += [f"{machine}: {fault}" for fault in _faults(here, facts)]
-        if not writes:
-            found.append(f"{machine}: cannot write into {folder}, which all machines have to share (docs/scaling.md)")
-    if found:
-        raise MachineError("\n".join(found))
+        here, found = _facts(files), list[str]()
+        for machine, (facts, writes) in answers:
+            found += [f"{machine}: {fault}" for fault in _faults(here, facts)]
+            if not writes:
+                found.append(f"{machine}: cannot write into {folder}, which all machines share (docs/scaling.md)")
+        if found:
+            raise MachineError("\n".join(found))
 
 
 def _look(files: tuple[str, ...], shared: Path | None) -> tuple[_Facts, bool]:
@@ -91,7 +91,7 @@ def _faults(here: _Facts, there: _Facts) -> Iterator[str]:
         yield "has other sources of nhtrack; install the same wheel there"
     for name, version in here.versions.items():
         if there.versions.get(name) != version:
-            yield f"has {name} {there.versions.get(name, 'not')}, this machine has {version}"
+            yield f"has {name} {there.versions.get(name, 'none')}, this machine has {version}"
     for file, fingerprint in here.files.items():
         if there.files[file] != fingerprint:
             yield f"{file} is {'not there' if not there.files[file] else 'another there'}"

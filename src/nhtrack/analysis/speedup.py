@@ -16,7 +16,6 @@ the smallest of them over wheels and instants is the factor by which the motion 
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -30,7 +29,6 @@ from nhtrack.robots.diff_drive import DiffDrive
 
 LIMITS = ("friction", "wheel speed", "wheel torque")  # in the order of `largest_factors`
 _MOSTLY = 0.5  # of the motor's line
-_DIGITS = 4  # of a time scale; friction goes with its square and is then used to within 0.2 % of the margin
 
 
 def largest_factors(motion: IdealMotion, drive: DiffDrive, ground: Ground) -> Array:
@@ -143,12 +141,3 @@ def _binding_of(robot: str, motion: IdealMotion, drive: DiffDrive, ground: Groun
         if speed > _MOSTLY * drive.motor.no_load_speed:
             name = "wheel speed"  # which has used up the motor's line
     return Binding(robot, factor, name, WHEELS[wheel], float(motion.time[row]))
-
-
-def rounded_up(value: float) -> float:
-    """Returns the smallest number of four significant digits that is not below a positive value."""
-    nearest = float(f"{value:.{_DIGITS}g}")
-    if nearest >= value:
-        return nearest
-    step = 10.0 ** (math.floor(math.log10(value)) - _DIGITS + 1)
-    return float(f"{nearest + step:.{_DIGITS}g}")

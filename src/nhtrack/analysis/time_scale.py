@@ -6,12 +6,13 @@ from collections.abc import Callable
 from typing import Literal, TypeVar
 
 from nhtrack.analysis.motion import root_motion
-from nhtrack.analysis.speedup import Binding, binding_of, rounded_up
+from nhtrack.analysis.speedup import Binding, binding_of
 from nhtrack.config.campaign import Campaign
 from nhtrack.config.checks import MOST_PERIODS
 from nhtrack.config.scenario import Scenario
 from nhtrack.errors import FeasibilityError
 from nhtrack.experiment.build import build, robot_of
+from nhtrack.similarity import rounded_up
 
 _CLOSE_ENOUGH = 0.998  # a fitting time scale this close to what its own run asks for is taken
 _FIRST_PERIODS = 2000  # of the first run of a search

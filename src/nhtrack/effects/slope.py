@@ -12,6 +12,7 @@ from pydantic import BeforeValidator, Field
 from nhtrack.effects.contract import Effect, RobotsAtRest
 from nhtrack.ground import Ground
 from nhtrack.section import Section, fault, is_finite
+from nhtrack.similarity import rounded_up
 
 
 def _no_degrees(value: Any) -> Any:
@@ -59,9 +60,10 @@ class Slope(Effect):
         places |= {f"physics.patches[{i}].friction": robots.ground.patches[i].friction for i in robots.met}
         for key, friction in places.items():
             if self.angle > math.atan(friction):
+                holds = rounded_up(math.tan(self.angle), 3)
                 yield (
                     f"{key} {friction:g} holds up to {math.atan(friction):.3g} rad, and physics.slope.angle is "
-                    f"{self.angle:.3g}: nothing there stays where it is; {_up(math.tan(self.angle))} would hold it"
+                    f"{self.angle:.3g}: nothing there stays where it is; {holds:g} would hold it"
                 )
         if robots.plant.levelled:
             return
@@ -70,8 +72,3 @@ class Slope(Effect):
             least, part = min((float(load[place]), part) for part, load in loads.items())
             if least < 0:
                 yield f"{name} starts on a slope too steep to stand on: held there, it would lift its {part}"
-
-
-def _up(value: float) -> str:
-    """Returns a number of three digits that is not below a value."""
-    return f"{1.005 * value:.3g}"

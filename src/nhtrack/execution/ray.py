@@ -9,6 +9,8 @@ import logging
 import os
 import signal
 import socket
+import subprocess
+import sys
 import threading
 from collections import Counter, deque
 from collections.abc import Callable, Iterator, Sequence
@@ -22,14 +24,16 @@ from nhtrack.stopping import ASKING
 _QUEUED = 100  # tasks beyond those that are done at once: what machines find that come later
 _STORE = 10**8  # [bytes] of the object store of a Ray of our own: tasks write files, and nothing large is sent
 _PATIENCE = 5.0  # [s] in which an address has to answer
+_HEALTHY = 20.0  # [s] in which Ray has to be found there
 _HERE = "local"  # Ray's word for one of our own
 _CHECKED = 600.0  # [s] in which every machine has to, where it may have to compile first
-# Ray tells its makers nothing, says nothing of accelerators, and leaves in its logs what workers and machines say.
+# Ray tells its makers nothing, says nothing of accelerators, leaves in its logs what workers and machines say, and lets
+# workers of its own have as much of this machine as other processes.
 _SETTINGS = {
     "RAY_USAGE_STATS_ENABLED": "0",
     "RAY_ACCEL_ENV_VAR_OVERRIDE_ON_ZERO": "0",
     "RAY_DEDUP_LOGS_SKIP_REGEX": ".",
-    "RAY_BACKEND_LOG_LEVEL": "fatal",
+    "RAY_worker_niceness": "0",
 }
 
 
@@ -148,7 +152,7 @@ class Ray(Executor):
             raise EngineError("executor ray: Ray is not installed; pip install 'nhtrack[ray]'") from error
         if ray.is_initialized():
             return ray
-        if self._where not in ("auto", _HERE):
+        if self._where != _HERE:
             _require_answer(self._where)
         how = {"log_to_driver": False, "logging_level": logging.ERROR}
         if self._where == _HERE:
@@ -200,18 +204,26 @@ def _own(error: Any) -> BaseException:
 
 
 def _require_answer(address: str) -> None:
-    """Raises where nobody listens at an address: Ray itself would wait for minutes.
+    """Raises where no Ray answers at an address: Ray itself would wait for minutes, or end this process.
 
     Raises:
-        EngineError: nobody does, or it is no address.
+        EngineError: none does, or it is no address.
     """
     host, _, port = address.rpartition(":")
-    if not host or not port.isdigit():
+    if address != "auto" and not (host and port.isdigit()):
         raise EngineError(f"executor ray: expected an address such as 10.0.0.1:6379, or auto, got {address!r}")
     try:
-        socket.create_connection((host, int(port)), _PATIENCE).close()
+        if address != "auto":
+            socket.create_connection((host, int(port)), _PATIENCE).close()
+        subprocess.run(
+            [sys.executable, "-m", "ray.scripts.scripts", "health-check", "--address", address],
+            stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=_HEALTHY, check=True,
+        )  # fmt: skip
     except OSError as error:
         raise EngineError(f"executor ray: no answer at address {address!r}: {error.strerror or error}") from error
+    except subprocess.SubprocessError as error:
+        said = str(getattr(error, "stderr", "") or "").strip().rpartition("\n")[2].rpartition("Error: ")[2].partition(". ")[0]
+        raise EngineError(f"executor ray: no Ray answers at address {address!r}{said and f': {said}'}") from error
 
 
 @contextmanager

@@ -78,6 +78,7 @@ _OPTIONAL: Mapping[str, Callable[[Any], Any]] = {
     "rows": int,
     "diverged_time": float,
     **dict.fromkeys(("friction", "torque_limit", "no_load_speed", "wheel_radius", "half_separation"), float),
+    "trusted_friction": float,
 }
 
 

@@ -42,12 +42,14 @@ class RobotFigures(NamedTuple):
         half_separation: half of the distance between the wheels [m].
         torque_limit: of each motor [N m].
         no_load_speed: of each wheel [rad/s].
+        trusted_friction: up to which loads of wheels that slide are to be trusted (docs/fidelity.md).
     """
 
     wheel_radius: float
     half_separation: float
     torque_limit: float
     no_load_speed: float
+    trusted_friction: float
 
 
 class Divergence(NamedTuple):

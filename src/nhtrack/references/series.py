@@ -29,13 +29,17 @@ class Series:
     terms: tuple[float, ...]
 
     def __add__(self, other: Number) -> Series:
-        return Series(tuple(map(operator.add, self.terms, series(other).terms)))
+        if not isinstance(other, Series):
+            return Series((self.terms[0] + other, *self.terms[1:]))
+        return Series(tuple(map(operator.add, self.terms, other.terms)))
 
     def __sub__(self, other: Number) -> Series:
         return self + -series(other)
 
     def __mul__(self, other: Number) -> Series:
-        a, b = self.terms, series(other).terms
+        if not isinstance(other, Series):
+            return Series(tuple([term * other for term in self.terms]))
+        a, b = self.terms, other.terms
         return Series(tuple(sum(a[j] * b[k - j] for j in range(k + 1)) for k in _TERMS))
 
     def __truediv__(self, other: Number) -> Series:
@@ -162,10 +166,12 @@ def _waves(value: Number, sine: Callable[[float], float], cosine: Callable[[floa
     u = series(value).terms
     s, c = [sine(u[0])], [cosine(u[0])]
     for k in _TERMS[1:]:
-        rise = sum(j * u[j] * c[k - j] for j in range(1, k + 1)) / k
-        fall = sum(j * u[j] * s[k - j] for j in range(1, k + 1)) / k
-        s.append(rise)
-        c.append(sign * fall)
+        rise = fall = 0.0
+        for j in range(1, k + 1):
+            rise += j * u[j] * c[k - j]
+            fall += j * u[j] * s[k - j]
+        s.append(rise / k)
+        c.append(sign * fall / k)
     return [Series(tuple(s)), Series(tuple(c))]
 
 

@@ -23,6 +23,8 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from nhtrack.compiled import call_2, call_4, compiled_inside, float64_at, int32_at, int64_at, put_float64
 from nhtrack.simulation.attitude import heading_of
 from nhtrack.simulation.forces import tyre_of
@@ -34,6 +36,16 @@ _CREEP = 1e-4
 # Share of what a load lifts a tyre by up to which its friction may press it down or lift it. Beyond, a tyre that slides
 # tips its robot, and Coulomb's law has no one solution.
 _FIRM = 0.5
+
+
+def firm_friction(compliance: np.ndarray) -> float:
+    """Returns the friction from which on a tyre that slides is MuJoCo's own again: it could tip its robot.
+
+    Args:
+        compliance: of the tyres, see `nhtrack.simulation.contact.tyre_compliance`.
+    """
+    tips = (math.hypot(*compliance[row, row - 2 : row]) for row in (2, 5))
+    return min(_FIRM * float(compliance[row, row]) / tip for row, tip in zip((2, 5), tips, strict=True) if tip > 0)
 
 
 @compiled_inside

@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 
 from nhtrack import se2
-from nhtrack.analysis.events import slip_speed
+from nhtrack.analysis.events import slip_speed, wheel_places
 from nhtrack.analysis.spells import spells
 from nhtrack.analysis.touches import touch_place, touches
 from nhtrack.config.video import film_fault
@@ -200,11 +200,9 @@ def _slots(recording: Recording) -> np.ndarray:
 def _skids(recording: Recording) -> tuple[Skid, ...]:
     """Returns the stretches of floor that sliding wheels went over, a limited number of them."""
     known = {"longitudinal_slip", "lateral_slip", "friction_utilisation"} <= set(recording.dataset.data_vars)
-    b, pose = recording.robot.half_separation, recording["pose"].values
-    if not known or not np.isfinite(b):
+    if not known or not np.isfinite(recording.robot.half_separation):
         return ()
-    across = np.array([[0.0, b], [0.0, -b]])
-    wheels = np.asarray(se2.act(pose[:, :, None], np.broadcast_to(across, (*pose.shape[:2], 2, 2))))
+    wheels = wheel_places(recording)
     sliding = (slip_speed(recording) > 0) & _in_a_row(recording)[:, None, None]
     stride = max(1, int(np.ceil(sliding.sum() / MOST_SKIDS)))
     skids = []

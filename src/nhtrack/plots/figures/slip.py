@@ -22,7 +22,7 @@ from nhtrack.recording import Recording
 _SLIP_EVENTS: tuple[tuple[EventKind, ...], ...] = (
     ("slipping", "touched", "tipped"),
     ("slipping", "touched", "tipped"),
-    ("wheel off the floor", "leaning", "tipped"),
+    ("hopping", "wheel off the floor", "leaning", "tipped"),
     ("stuck", "tipped"),
 )
 _SLIP_VARIABLES = ("lateral_slip", "longitudinal_slip", "wheel_load", "friction_utilisation")

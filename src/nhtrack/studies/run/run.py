@@ -32,9 +32,11 @@ from nhtrack.laws.address import entry_of, runs_as_python
 from nhtrack.recording.source import Source, load
 from nhtrack.recording.versions import versions
 from nhtrack.robots.diff_drive import DiffDrive
+from nhtrack.simulation.contact import tyre_compliance
 from nhtrack.simulation.ideal import IdealSimulation
 from nhtrack.simulation.mujoco import MujocoSimulation
 from nhtrack.simulation.scene import Scene, stepped_scene
+from nhtrack.simulation.sliding import firm_friction
 from nhtrack.studies.feasibility.run import with_time
 from nhtrack.studies.run.files import make_film, save_outcome, save_run_figures, write_run_report
 from nhtrack.studies.run.keeping import InFile, InMemory, Keeping
@@ -262,6 +264,7 @@ def _attributes(
         "no_load_speed": drive.motor.no_load_speed,
         "wheel_radius": drive.wheel_radius,
         "half_separation": drive.half_separation,
+        "trusted_friction": _trusted_friction(scene),
         "seed": scenario.seed,
         "control_rate": scenario.control_rate,
         "parents": {name: list(parents) for name, parents in scenario.parents.items()},
@@ -272,6 +275,12 @@ def _attributes(
     }
     attributes |= {} if experiment.law.kind.built_in else {"law": experiment.law.account}
     return attributes | _end(main.failure)
+
+
+def _trusted_friction(scene: Scene | None) -> float:
+    """Returns up to which friction tyres that slide bear what Coulomb's law gives them; none on MuJoCo's contacts."""
+    told = scene is not None and scene.spec.contact == "stiff"
+    return firm_friction(tyre_compliance(scene)) if scene is not None and told else 0.0
 
 
 def _end(failure: SimulationDiverged | None) -> dict[str, str | float]:

@@ -18,7 +18,7 @@ from nhtrack.execution import Executor, Processes, WorkerError, serial
 _PARENT = """
 import sys
 sys.path.insert(0, {tests!r})
-from test_execution import report_and_sleep
+from test_processes import report_and_sleep
 from nhtrack.execution import Processes
 if __name__ == "__main__":
     for _ in Processes(2)([{folder!r}, {folder!r}], report_and_sleep):
