@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import warnings
+
 import numpy as np
 import pandas as pd
 
@@ -43,7 +45,9 @@ def _indices_of(sweep: Sweep, metric: str, values: np.ndarray) -> list[dict[str,
 
     cube = {"num_vars": axes, "names": [*sweep.axes], "bounds": [[0.0, 1.0]] * axes}
     resamples = int(min(_RESAMPLES, max(_FEWEST_RESAMPLES, _RESAMPLED // len(whole))))
-    found = analyze(cube, whole.reshape(-1), calc_second_order=False, num_resamples=resamples, seed=1)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # of resamples in which all values are the same
+        found = analyze(cube, whole.reshape(-1), calc_second_order=False, num_resamples=resamples, seed=1)
     told = {"metric": metric, "groups": len(groups), "left_out": len(groups) - len(whole)}
     names = ("S1", "S1_conf", "ST", "ST_conf")
     return [

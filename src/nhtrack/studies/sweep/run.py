@@ -27,6 +27,8 @@ from nhtrack.studies.sweep.result import SweepResults
 from nhtrack.studies.sweep.stubborn import do_parts
 from nhtrack.terminal.progress import Observer, Stage, Tell, shown_progress
 
+_JUDGED = 2e-3  # [s] that a run's scenario takes to be made and judged
+
 
 def sweep(
     source: str | Path | Sweep,
@@ -147,7 +149,7 @@ def sweep_beforehand(plan: Plan) -> tuple[str, ...]:
 
 def seconds_of(plan: Plan) -> float:
     """Returns how long a run takes on one core, about [s]; nothing of it is written or drawn."""
-    return extent.extent_of(_sketch(plan), wheels=plan.base.backend != "ideal").bare_seconds
+    return _JUDGED + extent.extent_of(_sketch(plan), wheels=plan.base.backend != "ideal").bare_seconds
 
 
 def part_size(plan: Plan, workers: int | None = None) -> int:
