@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from pathlib import Path
 
 from nhtrack.errors import NhtrackError, did_you_mean
@@ -40,7 +41,12 @@ def find_example(name: str) -> Path:
 
 def robots() -> tuple[str, ...]:
     """Returns the names of the bundled robots: the folders of models/ that hold a robot.xml."""
-    return tuple(sorted(path.parent.name for path in models_directory().glob("*/robot.xml")))
+    return _robots_in(models_directory())
+
+
+@cache
+def _robots_in(folder: Path) -> tuple[str, ...]:
+    return tuple(sorted(path.parent.name for path in folder.glob("*/robot.xml")))
 
 
 def find_robot(name: str) -> Path:

@@ -51,12 +51,19 @@ families: [sinus, random]
 starts: {count: 6, seed: 3}
 arrival: {last: 3}
 """
+SWEEP = """\
+name: case
+base: case.yaml
+set: {backend: ideal}
+axes: {law.k: [4, 5, 6], control_rate: [50, 62.5, 100, 125]}
+"""
 COMMANDS = {
     "run": "run case.yaml --out out --force",
     "render": "render recording.nc --out out/film.mp4 --force --processes 2 --fps 40",
     "compare": "compare case.yaml kanayama --out out --force",
     "tune": "tune case.yaml --budget 8 --out out/tuned.yaml --force",
     "campaign": "campaign campaign.yaml --out out --no-report",
+    "sweep": "sweep sweep.yaml --out out",
 }
 HOWS = (signal.SIGINT, signal.SIGTERM, signal.SIGKILL)
 KILLS = int(os.environ.get("NHTRACK_KILLS", "3"))  # of each command
@@ -79,6 +86,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.chdir(tmp_path)
     Path("case.yaml").write_text(SCENARIO)
     Path("campaign.yaml").write_text(CAMPAIGN)
+    Path("sweep.yaml").write_text(SWEEP)
     return tmp_path
 
 
@@ -211,6 +219,22 @@ def test_what_a_command_leaves_that_is_stopped(command: str, record_property: Ca
     assert following.returncode == 0, said
     assert hidden() == []
     assert files() != []
+    if command == "sweep":
+        undisturbed = begin(command, "--out", "whole", "--no-report", "--no-figures")
+        assert undisturbed.communicate()[0]
+        pd.testing.assert_frame_equal(*(pd.read_parquet(f"{folder}/runs.parquet") for folder in ("out", "whole")))
+
+
+def test_a_sweep_without_room_says_so_and_goes_on_when_there_is() -> None:
+    for largest, name in ((0, "sweep.json"), (8000, "parts/"), (None, "")):
+        process = begin("sweep", "--processes", "1", "--no-report", "--no-figures", largest=largest)
+        said = process.communicate()[1].strip().splitlines()
+        assert process.returncode == (largest is not None)
+        assert name in said[-1]
+        assert largest is None or (said[-1].startswith("error: cannot write ") and "File too large" in said[-1])
+        check_what_is_there()
+        assert hidden() == []
+    assert len(pd.read_parquet("out/runs.parquet")) == 12
 
 
 @pytest.mark.parametrize(("largest", "told"), [(0, "recording.nc: File too large"), (500_000, "draw it")])

@@ -89,3 +89,24 @@ def fidelity_report(tmp_path_factory: pytest.TempPathFactory) -> Path:
     ]
     folder = tmp_path_factory.mktemp("fidelity")
     return write_fidelity_page(rows, "nhtrack fidelity", {"nhtrack": "0"}, folder / "report.html")
+
+
+@pytest.fixture(scope="session")
+def sweep_report(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("sweep")
+    (folder / "sweep.yaml").write_text(SWEEP, encoding="utf-8")
+    return results_of(folder, "sweep", folder / "sweep.yaml", "--no-figures", "--processes", 1)
+
+
+SWEEP = """\
+name: shares
+base: tour/lemniscate
+set: {duration: 1, leader.virtual: true, backend: ideal}
+axes:
+  law: {choices: {a law: {name: universal}, "<b>another</b>": {name: kanayama}}}
+  delay: [0, 1, 2]
+  followers[0].start.pose[1]: {normal: [-0.7, 0.05]}
+sample: {method: saltelli, count: 16}
+metrics: [final_position_error, final_heading_error, effort_x]
+pareto: [[effort_x, final_position_error]]
+"""

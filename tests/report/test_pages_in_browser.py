@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import json
 import re
+import shlex
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from campaign_tables import campaign_starts
@@ -17,7 +19,7 @@ from opened import FITS, PLOTS_FIT, Opened, Opener
 
 pytestmark = [pytest.mark.slow, pytest.mark.browser]
 
-PAGES = ("run", "comparison", "campaign", "paper", "fidelity")
+PAGES = ("run", "comparison", "campaign", "sweep", "paper", "fidelity")
 SMALL, USUAL, SHEET = (640, 480), (1280, 720), (794, 1123)  # A4 at 96 dots per inch
 NAMELESS = """nodes => nodes
     .filter(n => !n.ariaLabel && !n.labels?.length && !n.alt && !n.textContent.trim() && !n.closest('.modebar'))
@@ -220,3 +222,46 @@ def test_checks_are_filtered_and_ordered(open_report: Opener, fidelity_report: P
     assert len(uses) == 6
     page.check('input[name="order"][value="listed"]')
     assert page.evaluate(shown) == before
+
+
+# Sweeps ---------------------------------------------------------------------------------------------------------------
+
+
+def test_a_run_that_is_chosen_on_the_page_of_a_sweep_is_told_with_its_command(
+    open_report: Opener, sweep_report: Path
+) -> None:
+    page = (opened := open_report(sweep_report)).page
+    data, table = data_of(opened), pd.read_parquet(sweep_report.parent / "runs.parquet")
+
+    def chosen() -> pd.Series:
+        run = int(re.findall(r"^Run (\d+):", page.locator("#chosen").inner_text())[0])
+        row, words = table.loc[run], shlex.split(page.locator("#command").inner_text())
+        assert words[:3] == ["nhtrack", "run", "tour/lemniscate"]
+        assert f"delay={row['delay']}" in words
+        assert f"followers[0].start.pose[1]={float(row['followers[0].start.pose[1]'])!r}" in words
+        assert row["law"] in page.locator("#chosen").inner_text()
+        return row
+
+    page.locator(".choose").last.click()
+    assert chosen()["effort_x"] == table["effort_x"].max()
+    assert page.locator("#file a").get_attribute("href") == "extremes/largest_effort_x.yaml"
+    page.select_option("#pair", label="law by delay")
+    page.locator("#heat .nsewdrag").click(position={"x": 9, "y": 9})
+    opened.until("document.getElementById('command').textContent.includes('delay=0')")
+    row = chosen()
+    assert (row["law"], row["delay"]) == ("<b>another</b>", 0)
+    page.select_option("#pair", label="delay by followers[0].start.pose[1]")
+    page.locator("#slices select").first.select_option(label="a law")
+    shown = page.evaluate("document.getElementById('heat').data[0].z.flat().filter((value) => value !== null).length")
+    places = [axis["key"] for axis in data["axes"]].index("law")
+    held = next(each for each in data["maps"] if each["axes"] == [1, 2])
+    laws = data["rows"]["axes"][places]
+    assert shown == len({cell for cell, law in zip(held["runs"], laws, strict=True) if law == 0})
+    page.locator(".pair").click()
+    front = page.evaluate("document.getElementById('scatter').data[1].x")
+    assert front == sorted(front)
+    assert f"{len(front)} on the front" in page.locator("#front-told").inner_text()
+    page.locator("#dots").click(position={"x": 160, "y": 40})
+    chosen()
+    bars = page.evaluate("document.getElementById('bars').data.map(({x}) => x)")
+    assert [len(each) for each in bars] == [3, 3]

@@ -9,18 +9,26 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
+from scipy.stats import norm
 from typer.testing import CliRunner
 
 import nhtrack
+from elements import Elements
 from nhtrack.cli import app
 from nhtrack.config.sweep import METRICS, ON_WHEELS, Sweep
 from nhtrack.execution import Processes, serial
-from nhtrack.experiment.load import load_sweep
+from nhtrack.experiment.load import LOADER, load, load_sweep
 from nhtrack.studies.run.result import Outcome
+from nhtrack.studies.sweep.account import SweepError
+from nhtrack.studies.sweep.drawn import MOST_RUNS_SHOWN, shown_rows
+from nhtrack.studies.sweep.front import all_fronts
+from nhtrack.studies.sweep.indices import sobol_indices
 from nhtrack.studies.sweep.parts import FAILED, LOST_RUN, Part, part_rows
 from nhtrack.studies.sweep.plan import drawn_shares
-from nhtrack.studies.sweep.run import SweepError, plan_of, run_sweep, sweep
+from nhtrack.studies.sweep.result import SweepResults
+from nhtrack.studies.sweep.run import plan_of, run_sweep, sweep
 from nhtrack.studies.sweep.stubborn import do_parts
+from reports import HOSTILE
 
 WHEELS = """\
 name: wheels
@@ -234,7 +242,9 @@ def test_the_command_tells_how_much_it_is_then_runs_and_draws(
     assert done.exit_code == 0, done.stderr
     assert "12 completed" in done.stdout
     names = ("gap_position_max", "peak_utilisation", "cost")
-    assert {path.name for path in Path("out/figures").iterdir()} == {f"map_{name}.png" for name in names}
+    drawn = {path.name for path in Path("out/figures").iterdir()}
+    assert drawn == {*(f"map_{name}.png" for name in names), "matrix.png"}
+    assert Path("out/report.html").is_file()
     assert json.loads(Path("out/sweep.json").read_text())["asked"]["repeats"] == 1
     assert len(pd.read_parquet("out/runs.parquet")) == 12
     refused = runner.invoke(app, ["run", "sweep.yaml"])
@@ -257,7 +267,7 @@ expressions: {cost: path_length/2}
     (tmp_path / "case.yaml").write_text(text)
     done = sweep(tmp_path / "case.yaml", out=tmp_path / "out", processes=1, figures=True, progress=False)
     assert repr(done).startswith("SweepResults('drawn', 6 runs in ")
-    assert [path.name for path in done.files] == ["runs.parquet", "axes_path_length.png", "axes_cost.png"]
+    assert [path.name for path in done.files] == ["runs.parquet", "axes_path_length.png", "axes_cost.png", "matrix.png"]
 
 
 def test_repetitions_without_anything_random_are_told(tmp_path: Path) -> None:
@@ -266,3 +276,127 @@ def test_repetitions_without_anything_random_are_told(tmp_path: Path) -> None:
     assert told is not None
     assert told.exit_code == 0
     assert "repeats: nothing is random without `noise`" in told.stderr
+
+
+def saltelli(folder: Path, more: str = "") -> SweepResults:
+    """Returns a sweep of which nothing has been run, over three axes of different distributions."""
+    text = f"""\
+name: shares
+base: tour/hello
+axes:
+  law.kp: {{uniform: [1, 2]}}
+  law.kd: {{log_uniform: [0.1, 10]}}
+  law.ke: {{normal: [5, 0.5]}}
+sample: {{method: saltelli, count: 1024, seed: 3}}
+metrics: [path_length, effort_x]
+{more}"""
+    plan = plan_of(sweep_of(folder, text))
+    table = plan.labels(np.arange(plan.sweep.runs))
+    return SweepResults(plan.sweep, plan.base, table, plan.sweep.metrics or (), folder)
+
+
+def test_sobol_indices_are_those_of_functions_whose_shares_are_known(tmp_path: Path) -> None:
+    """Ishigami and Homma's function (1990), a = 7 and b = 0.1, and a sum, both of the axes' own distributions."""
+    drawn = saltelli(tmp_path)
+    table = drawn.runs
+    u, v, w = table["law.kp"] - 1, (np.log10(table["law.kd"]) + 1) / 2, norm.cdf(table["law.ke"], 5, 0.5)
+    x, y, z = (2 * np.pi * np.asarray(each) - np.pi for each in (u, v, w))
+    table["path_length"] = np.sin(x) + 7 * np.sin(y) ** 2 + 0.1 * z**4 * np.sin(x)
+    table["effort_x"] = u * np.sqrt(12) + 2 * v * np.sqrt(12) + 2 * 2 * (table["law.ke"] - 5)  # variances 1, 4, 4
+    table["outcome"] = "completed"
+    found = sobol_indices(drawn).set_index(["metric", "axis"])
+    ishigami, added = found.loc["path_length"], found.loc["effort_x"]
+    np.testing.assert_allclose(ishigami["S1"], [0.3139, 0.4424, 0.0], atol=0.03)
+    np.testing.assert_allclose(ishigami["ST"], [0.5576, 0.4424, 0.2437], atol=0.03)
+    np.testing.assert_allclose(added["S1"], np.array([1, 4, 4]) / 9, atol=0.03)
+    np.testing.assert_allclose(added["ST"], np.array([1, 4, 4]) / 9, atol=0.03)
+    assert (found[["S1_conf", "ST_conf"]] < 0.15).all(axis=None)
+    table.loc[7, "path_length"] = np.nan
+    whole = sobol_indices(drawn).set_index(["metric", "axis"])
+    assert list(whole["left_out"]) == [1, 1, 1, 0, 0, 0]
+    np.testing.assert_allclose(whole["S1"], found["S1"], atol=0.01)
+
+
+def test_a_front_has_the_runs_that_no_other_beats() -> None:
+    values = np.random.default_rng(0).integers(0, 12, (200, 3)).astype(float)
+    values[3:20, 1] = np.nan
+    table = pd.DataFrame(values, columns=["a", "b", "c"])
+    for (one, other), rows in all_fronts(table, ["a", "b", "c"]):
+        x, y = table[one].to_numpy(), table[other].to_numpy()
+        beaten = [
+            bool(((x <= a) & (y <= b) & ((x < a) | (y < b))).any()) or not np.isfinite(a + b)
+            for a, b in zip(x, y, strict=True)
+        ]
+        best = {(a, b) for a, b, lost in zip(x, y, beaten, strict=True) if not lost}
+        assert [(x[row], y[row]) for row in rows] == sorted(best)
+
+
+def test_a_sweep_whose_files_have_changed_is_not_gone_on_with(tmp_path: Path) -> None:
+    law = tmp_path / "own.py"
+    law.write_text(_WILD)
+    text = """\
+name: own
+base: paper/example1
+set: {duration: 0.05, leader.virtual: true, backend: ideal}
+axes: {law: {choices: {printed: published, own: {file: own.py}}}}
+metrics: [late_position_error]
+"""
+    case = sweep_of(tmp_path, text)
+    done = run_sweep(case, tmp_path / "out", executor=serial)
+    assert done.runs["key"].nunique() == 2
+    (tmp_path / "out" / "parts" / "0.parquet").unlink()
+    law.write_text(_WILD.replace("kick: float = 1.0", "kick: float = 1.5"))
+    with pytest.raises(SweepError, match=r"own.py has changed"):
+        run_sweep(case, tmp_path / "out", executor=serial)
+    again = run_sweep(case, tmp_path / "another", executor=serial)
+    assert not {*again.runs["key"]} & {*done.runs["key"]}
+
+
+def test_the_page_of_a_sweep_repeats_any_run_and_escapes_what_users_wrote(tmp_path: Path) -> None:
+    text = f"""\
+name: page
+description: {json.dumps(HOSTILE)}
+base: paper/example1
+set: {{duration: 0.1, leader.virtual: true, backend: ideal}}
+axes:
+  law: {{choices: {{{json.dumps(HOSTILE)}: published, k: {{name: kanayama}}}}}}
+  law.delay_periods: [0, 1]
+  leader.input.u_x: {{uniform: [0.0, 0.1]}}
+sample: {{count: 12, seed: 2}}
+repeats: 2
+metrics: [late_position_error, effort_x, settling_time]
+pareto: [[effort_x, late_position_error]]
+"""
+    file = tmp_path / "case.yaml"
+    file.write_text(text)
+    done = sweep(file, out=tmp_path / "out", processes=1, report=True, progress=False)
+    assert "<script>alert" not in done._repr_html_()
+    page = Elements((tmp_path / "out" / "report.html").read_text())
+    assert [tag for tag, _ in page.found].count("script") == 3
+    data = json.loads(page.texts["script"][0])
+    plan, rows = plan_of(done.sweep), data["rows"]
+    assert rows["run"] == list(range(24))
+    for row in (0, 5, 23):  # what the page's script writes
+        held = {
+            axis["key"]: axis["texts"][place] if axis["texts"] else place
+            for axis, place in ((axis, rows["axes"][i][row]) for i, axis in enumerate(data["axes"]))
+        }
+        held["seed"] = rows["seed"][row]
+        assert [f"{key}={held[key]}" for key in data["again"]["order"]] == plan.changes(row)
+    assert [metric["name"] for metric in data["metrics"]] == ["late_position_error", "effort_x"]
+    assert data["pairs"] == [[1, 0]]
+    files = {path.name for path in (tmp_path / "out" / "extremes").iterdir()}
+    assert {"smallest_effort_x.yaml", "largest_late_position_error.yaml"} <= files
+    run, named = next((int(run), named) for run, named in data["files"].items() if "largest_effort_x" in named)
+    assert load(tmp_path / "out" / named) == LOADER.load_tree(plan.tree, overrides=plan.changes(run))
+
+
+def test_what_is_left_out_of_a_page_is_drawn_at_random_but_for_extremes_and_fronts() -> None:
+    values = np.random.default_rng(1).normal(size=(60_000, 2))
+    values[[5, 17], [0, 1]] = 9.0, np.nan
+    table = pd.DataFrame(values, columns=["a", "b"])
+    fronts = [rows for _, rows in all_fronts(table, ["a", "b"])]
+    rows = shown_rows(table, ["a", "b"], fronts, 3)
+    assert len(rows) == MOST_RUNS_SHOWN
+    assert {5, int(table["b"].idxmax()), *fronts[0].tolist()} <= {*rows.tolist()}
+    assert shown_rows(table[:100], ["a", "b"], [np.arange(3)], 3).tolist() == list(range(100))

@@ -18,7 +18,6 @@ from nhtrack.errors import NhtrackError, RefusedError
 from nhtrack.execution import Executor
 from nhtrack.experiment.compile import compile_once
 from nhtrack.files.temporary import made_folder, temporary_folder
-from nhtrack.laws.own_file import read_source
 from nhtrack.recording.versions import versions
 from nhtrack.robots.contract import is_robot_file
 from nhtrack.simulation.robot_models import load_robot
@@ -53,7 +52,7 @@ def require_machines(executor: Executor, folder: Path | None, *trees: Any) -> No
     """
     if not executor.elsewhere:
         return
-    files = tuple(sorted({file for tree in trees for file in _files_in(tree)}))
+    files = tuple(sorted({file for tree in trees for file in files_in(tree)}))
     with nullcontext() if folder is None else made_folder(folder):  # which is no longer there where it is refused
         with nullcontext(None) if folder is None else temporary_folder(folder.absolute()) as shared:
             answers = executor.everywhere(partial(_look, files, shared))
@@ -83,7 +82,7 @@ def _can_write(folder: Path) -> bool:
 
 
 def _facts(files: tuple[str, ...]) -> _Facts:
-    return _Facts(_sources(), versions(), {file: _fingerprint(file) for file in files})
+    return _Facts(_sources(), versions(), {file: fingerprint(file) for file in files})
 
 
 def _faults(here: _Facts, there: _Facts) -> Iterator[str]:
@@ -106,26 +105,33 @@ def _sources() -> str:
     return digest.hexdigest()
 
 
-def _files_in(tree: Any) -> Iterator[str]:
+def files_in(tree: Any) -> Iterator[str]:
     """Yields the files that a plain tree names by their full paths."""
     if isinstance(tree, Mapping):
         for value in tree.values():
-            yield from _files_in(value)
+            yield from files_in(value)
     elif isinstance(tree, list | tuple):
         for value in tree:
-            yield from _files_in(value)
+            yield from files_in(value)
     elif isinstance(tree, str) and os.path.isabs(tree) and "\0" not in tree and os.path.exists(tree):
         yield tree
 
 
-def _fingerprint(file: str) -> str:
-    """Returns a hash of a law's text, or of a robot as it is compiled, meshes and all; empty where there is none."""
+def fingerprint(file: str) -> str:
+    """Returns a hash of a file that runs depend on, of a robot's as it is compiled, meshes and all; empty of none."""
     try:
-        if not (is_robot_file(file) and not file.endswith(".py")):
-            return hashlib.sha256(read_source(file)[1].encode()).hexdigest()
-        model = mujoco.MjModel.from_xml_string(load_robot(file).mjcf)
+        if is_robot_file(file) and not file.endswith(".py"):
+            return _compiled(load_robot(file).mjcf)
     except (NhtrackError, OSError, ValueError):
+        pass  # read with hints only
+    try:
+        return hashlib.sha256(Path(file).read_bytes()).hexdigest()
+    except OSError:
         return ""
+
+
+def _compiled(mjcf: str) -> str:
+    model = mujoco.MjModel.from_xml_string(mjcf)
     buffer = np.empty(mujoco.mj_sizeModel(model), np.uint8)
     mujoco.mj_saveModel(model, None, buffer)
     return hashlib.sha256(buffer.tobytes()).hexdigest()

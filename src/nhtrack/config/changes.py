@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import copy
 import json
 from collections.abc import Iterable, Mapping
 from pathlib import Path as FilePath
@@ -100,7 +99,7 @@ def apply_overrides(tree: Any, overrides: Iterable[str]) -> Any:
     Raises:
         ScenarioError: a change that is not of that form, or whose place does not exist.
     """
-    changed, faults = copy.deepcopy(tree), list[Fault]()
+    changed, faults = _copied(tree), list[Fault]()
     for text in overrides:
         try:
             path, value = parse_override(text)
@@ -110,6 +109,13 @@ def apply_overrides(tree: Any, overrides: Iterable[str]) -> Any:
     if faults:
         raise ScenarioError("command line", faults)
     return changed
+
+
+def _copied(tree: Any) -> Any:
+    """Returns a copy of a tree of plain values."""
+    if isinstance(tree, dict):
+        return {key: _copied(value) for key, value in tree.items()}
+    return [_copied(value) for value in tree] if isinstance(tree, list) else tree
 
 
 def parse_override(text: str) -> tuple[Path, Any]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import copy
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -19,7 +18,8 @@ from nhtrack.config.formulas import formulas_in, with_values
 from nhtrack.config.messages import shape_faults
 from nhtrack.config.named_files import with_named_files
 from nhtrack.config.scenario import Scenario
-from nhtrack.config.sweep import Sweep, sweep_findings
+from nhtrack.config.sweep import Sweep
+from nhtrack.config.sweep_findings import backend_findings, sweep_findings
 from nhtrack.config.sweep_trials import located, trials
 from nhtrack.config.tree import Document, Path, ancestors, dotted, lookup, parse_yaml
 from nhtrack.errors import Fault, ScenarioError, did_you_mean
@@ -104,6 +104,8 @@ class Loader:
             return
         if base.similarity.time == "auto":
             yield _placed(("base",), f"{_AUTO.key}: {_AUTO.message}, such as in `set`", document, {})
+        for place, message in backend_findings(sweep, base.backend):
+            yield _placed(place, message, document, {})
         tree = base.model_dump(mode="json")
         for place, alone, together in trials(sweep):
             faults = self._faults(tree, alone)
@@ -186,7 +188,7 @@ class Loader:
         Raises:
             ScenarioError: everything wrong with it.
         """
-        document = Document(copy.deepcopy(dict(tree)))
+        document = Document(dict(tree))  # changes are made in a copy
         return self._read_document(document, source, directory or FilePath.cwd(), overrides, _SCENARIO)
 
     def _read_document(
@@ -205,7 +207,6 @@ class Loader:
         if form is _SCENARIO and is_sweep(document.tree):
             raise ScenarioError(source, [_SWEEP_FAULT])
         tree = apply_overrides(document.tree, overrides)
-        changed = {parse_override(text)[0]: text for text in overrides}
         tree, problems = with_named_files(tree, directory)
         loaded, error = _validated(form.model, tree)
         if error is not None and (numbers := formulas_in(tree, error)):
@@ -216,6 +217,7 @@ class Loader:
         known = {path for path, _ in problems}
         found = form.findings(tree, directory, self.checks)
         problems += [(path, message) for path, message in found if path not in known]
+        changed = {parse_override(text)[0]: text for text in overrides} if problems else {}
         faults = document.faults + [
             _placed(path, message, document, changed) for path, message in problems if path not in document.unreadable
         ]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from typing import Annotated, Any, Literal, TypeAlias
 
 import numpy as np
@@ -12,11 +12,11 @@ from pydantic import AfterValidator, Discriminator, Field, Tag
 from nhtrack.arrays import Array
 from nhtrack.config.changes import value_text
 from nhtrack.config.grid import Range, filled, words_of
-from nhtrack.config.tree import lookup, parse_path
+from nhtrack.config.tree import parse_path
 from nhtrack.config.values import RunName
 from nhtrack.errors import did_you_mean
 from nhtrack.references import VOCABULARY, Expression, ReferenceInputError
-from nhtrack.section import Finding, Section, fault, is_finite, values_of
+from nhtrack.section import Section, fault, values_of
 
 MOST_RUNS = 2_000_000
 # What is asked of a run, as a run's summary has it, of its worst robot; what each is.
@@ -41,10 +41,11 @@ METRICS: Mapping[str, str] = {
     "switches": "control periods in which a mode of the law changed [1]",
 }
 ON_WHEELS = ("gap_position_rms", "gap_position_max", "gap_heading_rms", "gap_heading_max", "peak_lateral_slip")
-COLUMNS = ("run", "point", "repeat", "seed", "outcome", "reason")  # of the table, beside axes and metrics
+COLUMNS = ("run", "point", "repeat", "seed", "key", "outcome", "reason")  # of the table, beside axes and metrics
 
 
 Bounds: TypeAlias = Annotated[tuple[float, float], Field(strict=False), values_of("least", "largest")]
+Pair: TypeAlias = Annotated[tuple[str, str], Field(strict=False), values_of("one", "other")]
 MeanAndDeviation: TypeAlias = Annotated[tuple[float, float], Field(strict=False), values_of("mean", "deviation")]
 
 
@@ -140,13 +141,24 @@ Axis: TypeAlias = Annotated[
 class Sample(Section):
     """Points drawn in the space of all axes, in place of a grid."""
 
-    method: Literal["sobol", "latin_hypercube", "random"] = Field(
+    method: Literal["sobol", "latin_hypercube", "random", "saltelli"] = Field(
         default="sobol",
         description="`sobol`: a scrambled Sobol sequence, even for a power of two of points; `latin_hypercube`: each "
-        "axis covered evenly; `random`: each point by itself",
+        "axis covered evenly; `random`: each point by itself; `saltelli`: what Sobol indices are reckoned from",
     )
-    count: int = Field(ge=1, le=MOST_RUNS, description="how many points [1]")
+    count: int = Field(
+        ge=1, le=MOST_RUNS, description="how many points; of `saltelli` groups of (axes + 2) points each [1]"
+    )
     seed: int = Field(default=0, ge=0, description="seed of the draw [1]")
+
+    def points(self, axes: int) -> int:
+        """Returns how many points are drawn in the space of so many axes."""
+        return self.count * group_size(self.method, axes)
+
+
+def group_size(method: str, axes: int) -> int:
+    """Returns how many points are drawn together: for Sobol indices two of the cube, and one an axis between them."""
+    return axes + 2 if method == "saltelli" else 1
 
 
 def _path(text: str) -> str:
@@ -208,11 +220,18 @@ class Sweep(Section):
     expressions: dict[
         Annotated[str, AfterValidator(_expression_name)], Annotated[str, AfterValidator(_expression)]
     ] = Field(default={}, description="columns of one's own: formulas of metrics")
+    pareto: Annotated[tuple[Pair, ...], Field(strict=False)] = Field(
+        default=(),
+        description="pairs of columns, metrics or expressions, of which runs are drawn that are best in one for what "
+        "they have of the other; the smaller the better, so that one to be large is an expression with a minus",
+    )
 
     @property
     def points(self) -> int:
         """How many points there are."""
-        return self.sample.count if self.sample is not None else math.prod(len(self.values(key)) for key in self.axes)
+        if self.sample is not None:
+            return self.sample.points(len(self.axes))
+        return math.prod(len(self.values(key)) for key in self.axes)
 
     @property
     def runs(self) -> int:
@@ -243,49 +262,3 @@ class Sweep(Section):
 
 def _plain(axis: Any) -> tuple[Any, ...]:
     return axis if isinstance(axis, tuple) else tuple(axis.values())
-
-
-def sweep_findings(tree: Any, *_: object) -> Iterator[Finding]:
-    """Yields what is wrong between the keys of a sweep's tree; what of its scenario, `nhtrack.config.sweep_trials`."""
-    axes, sample = lookup(tree, ("axes",)), lookup(tree, ("sample",))
-    if not isinstance(axes, Mapping):
-        return
-    for key, axis in axes.items():
-        if isinstance(fixed := lookup(tree, ("set",)), Mapping) and key in fixed:
-            yield ("axes", key), "this key is in `set`, too; keep one"
-        if isinstance(axis, list):
-            texts = [value_text(value) for value in axis]
-            first = {text: i for i, text in reversed([*enumerate(texts)])}
-            twice = (i for i, text in enumerate(texts) if first[text] < i)
-            yield from ((("axes", key, i), f"{texts[i]} is given twice; keep one") for i in twice)
-        if sample is None and isinstance(axis, Mapping) and {"uniform", "log_uniform", "normal"} & {*axis}:
-            yield ("axes", key), "numbers that are drawn need `sample: {count: ...}`"
-    expressions = lookup(tree, ("expressions",))
-    for name in expressions if isinstance(expressions, Mapping) else ():
-        if name in axes:
-            yield ("expressions", name), "an axis has this name; choose another"
-    seeded = "seed" in axes
-    if seeded and isinstance(repeats := lookup(tree, ("repeats",)), int) and repeats > 1:
-        yield ("repeats",), "runs that repeat a point have seeds of their own; leave out this or the axis `seed`"
-    yield from _too_many(tree, axes, sample)
-
-
-def _too_many(tree: Any, axes: Mapping[str, Any], sample: Any) -> Iterator[Finding]:
-    """Yields that there are more runs than anybody waits for."""
-    if isinstance(sample, Mapping):
-        points = sample.get("count")
-    else:
-        points = math.prod(_length(axis) for axis in axes.values())
-    repeats = lookup(tree, ("repeats",), 1)
-    if isinstance(points, int) and isinstance(repeats, int) and points * repeats > MOST_RUNS:
-        wanted = f"{points * repeats:.3g}" if is_finite(points * repeats) else "endlessly many"
-        yield ("axes",), f"{wanted} runs; a sweep has at most {MOST_RUNS:.0e}"
-
-
-def _length(axis: Any) -> int:
-    if isinstance(axis, list):
-        return len(axis)
-    if isinstance(axis, Mapping):
-        count = axis.get("count", len(axis.get("choices") or (1,)))
-        return count if isinstance(count, int) else 1
-    return 1

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path as FilePath
 from typing import Any
 
@@ -34,12 +34,22 @@ def _axis_found(key: str, axis: Any, directory: FilePath) -> Any:
 
 
 def _found(key: str, value: Any, directory: FilePath) -> Any:
-    """Returns a value with the full path of the law's or the robot's file that it names, if it names one."""
+    """Returns a value with the full path of the law's, the robot's or the input's file that it names, if any."""
     if key in ("law", "robot") and isinstance(value, Mapping) and isinstance(value.get("file"), str):
         return {**value, "file": _found(f"{key}.file", value["file"], directory)}
+    if key == "leader.input" and isinstance(value, Mapping):
+        return {name: _table_found(each, directory) for name, each in value.items()}
     law = key == "law.file" or (key == "law" and str(value).endswith(".py"))
     robot = key in ("robot", "robot.file") and isinstance(value, str) and is_robot_file(value)
     return os.path.abspath(directory / value) if isinstance(value, str) and (law or robot) else value
+
+
+def _table_found(value: Any, directory: FilePath) -> Any:
+    """Returns a value of an input with the full path of the file that it names, if there is one."""
+    if isinstance(value, Mapping):
+        return {name: _table_found(each, directory) for name, each in value.items()}
+    named = isinstance(value, str) and "\0" not in value and os.path.isfile(directory / value)
+    return os.path.abspath(directory / value) if named else value
 
 
 def trials(sweep: Sweep) -> Iterator[tuple[Path, list[str], list[str]]]:
@@ -56,8 +66,12 @@ def trials(sweep: Sweep) -> Iterator[tuple[Path, list[str], list[str]]]:
 
 def change_texts(values: Mapping[str, Any]) -> list[str]:
     """Returns changes as on the command line: sections before what is in them."""
-    ordered = sorted(values, key=lambda key: len(parse_path(key)))
-    return [f"{key}={value_text(values[key])}" for key in ordered]
+    return [f"{key}={value_text(values[key])}" for key in ordered(values)]
+
+
+def ordered(keys: Iterable[str]) -> list[str]:
+    """Returns keys in the order in which they are changed: sections before what is in them."""
+    return sorted(keys, key=lambda key: len(parse_path(key)))
 
 
 def _places(sweep: Sweep, key: str) -> Iterator[tuple[Path, Any]]:

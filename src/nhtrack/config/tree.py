@@ -27,6 +27,7 @@ _STEP = re.compile(r"(?:^|\.)(?P<key>[^.\[\]]+)|\[(?P<index>\d+)\]")
 
 
 # What has no place in a name of a file or on a screen: controls other than tabs and line ends, halves of letters.
+_NUMBER = re.compile(r"-?[0-9]{1,300}(?:\.[0-9]+)?(?:[eE][-+]?[0-9]{1,3})?")
 _UNWRITABLE = re.compile(r"[^\t\n\r\x20-\x7e\x85\xa0-\ud7ff\ue000-\U0010ffff]")
 
 
@@ -196,6 +197,8 @@ def plain_value(text: str) -> Any:
     """
     if not text.strip():
         return None
+    if _NUMBER.fullmatch(text):  # as YAML reads it, in a thousandth of the time
+        return int(text) if text.removeprefix("-").isdigit() else float(text)
     document = parse_yaml(text)
     if document.faults:
         raise YAMLError(document.faults[0].message)

@@ -22,6 +22,7 @@ from nhtrack.files.text import exists
 from nhtrack.robots.contract import Hints, is_robot_file
 from nhtrack.section import Finding
 
+_ROBOT: TypeAdapter[RobotSection] = TypeAdapter(RobotChoice)
 _SWINGING = 0.01  # how much less or more a push may do before it is told
 
 if TYPE_CHECKING:
@@ -33,7 +34,7 @@ if TYPE_CHECKING:
 def robot_findings(tree: Mapping[str, Any], directory: FilePath) -> Iterator[Finding]:
     """Yields why a tree's robot cannot be found, driven, or be as its physical effects have it."""
     try:
-        robot = TypeAdapter(RobotChoice).validate_python(lookup(tree, ("robot",), "nh_mini"))
+        robot = _ROBOT.validate_python(lookup(tree, ("robot",), "nh_mini"))
     except ValidationError:
         return  # told where the section is judged
     at: Path = ("robot", "file") if isinstance(tree.get("robot"), Mapping) else ("robot",)

@@ -15,6 +15,7 @@ from nhtrack.references.expression import (
     Expression,
     make_signal,
     number_of,
+    value_of,
 )
 from nhtrack.references.inputs import Input, input_kind, input_kinds, input_words
 from nhtrack.references.motion import Departure, Motion, MotionInput
@@ -52,4 +53,5 @@ __all__ = [
     "make_segments",
     "make_signal",
     "number_of",
+    "value_of",
 ]

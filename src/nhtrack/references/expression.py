@@ -88,8 +88,16 @@ def _as_float(value: float) -> float:
         raise ReferenceInputError("a number in the expression is too large") from None
 
 
-def _parse(text: str) -> ast.Expression:
-    """Returns the syntax tree of an expression in t, with every name and construct in it known."""
+@lru_cache(_KEPT)
+def _compiled(text: str, names: frozenset[str] = frozenset()) -> tuple[CodeType, bool]:
+    """Returns the code of an expression in t and further names, and whether it speaks of t."""
+    tree = _parse(text, names)
+    timed = any(isinstance(node, ast.Name) and node.id == "t" for node in ast.walk(tree))
+    return compile(tree, "<formula>", "eval"), timed
+
+
+def _parse(text: str, names: frozenset[str]) -> ast.Expression:
+    """Returns the syntax tree of an expression in t and further names, with every name and construct in it known."""
     if len(text) > LONGEST_EXPRESSION:
         raise ReferenceInputError(
             f"an expression may have {LONGEST_EXPRESSION} characters, this has {len(text)}"
@@ -109,7 +117,7 @@ def _parse(text: str) -> ast.Expression:
         if not isinstance(node, _GRAMMAR) or (isinstance(node, ast.Call) and node.keywords):
             part = ast.unparse(node) if isinstance(node, ast.expr) else type(node).__name__
             raise ReferenceInputError(f"{text!r}: {part!r} is not part of a formula in t")
-    _require_known_names(tree)
+    _require_known_names(tree, names)
     normal: ast.Expression = ast.fix_missing_locations(_Normalise().visit(tree))
     return normal
 
@@ -122,7 +130,7 @@ def _depth(tree: ast.AST) -> int:
     return depth
 
 
-def _require_known_names(tree: ast.Expression) -> None:
+def _require_known_names(tree: ast.Expression, names: frozenset[str]) -> None:
     """Raises ReferenceInputError unless functions are called, values are not, and all of them exist."""
     functions = {*FUNCTIONS, "where"}
     called = [node.func for node in ast.walk(tree) if isinstance(node, ast.Call)]
@@ -136,7 +144,7 @@ def _require_known_names(tree: ast.Expression) -> None:
     for name in (node for node in ast.walk(tree) if isinstance(node, ast.Name) and node not in called):
         if name.id in functions:
             raise ReferenceInputError(f"{name.id!r} is a function: write {name.id}(...)")
-        if name.id != "t" and name.id not in CONSTANTS:
+        if name.id != "t" and name.id not in CONSTANTS and name.id not in names:
             raise ReferenceInputError(f"unknown name {name.id!r}; {did_you_mean(name.id, VOCABULARY)}")
 
 
@@ -160,10 +168,9 @@ class Expression:
     _code: CodeType = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        tree = _parse(self.text)
-        timed = any(isinstance(node, ast.Name) and node.id == "t" for node in ast.walk(tree))
+        code, timed = _compiled(self.text)
         object.__setattr__(self, "is_constant", not timed)
-        object.__setattr__(self, "_code", compile(tree, "<formula>", "eval"))
+        object.__setattr__(self, "_code", code)
 
     def __reduce__(self) -> tuple[type[Expression], tuple[str]]:
         """Returns how another process makes the same: compiled code cannot be sent."""
@@ -250,6 +257,22 @@ def number_of(text: str) -> float:
     if not formula.is_constant:
         raise ReferenceInputError(f"{text!r} depends on the time t")
     return float(formula(np.zeros(1))[0])
+
+
+def value_of(formula: str, at: Mapping[str, float]) -> float:
+    """Returns the value of a formula in names, at numbers that stand for them.
+
+    Raises:
+        ReferenceInputError: no formula, one with other names, or one without a finite real value there.
+    """
+    code, _ = _compiled(formula, frozenset(at))
+    try:
+        value = eval(code, {"__builtins__": {}, _FLOAT: float, **CONSTANTS, **FUNCTIONS, **at})
+    except (ArithmeticError, ValueError, TypeError) as error:
+        raise ReferenceInputError(f"{formula!r} has no value: {_reason(error)}") from None
+    if isinstance(value, complex) or not cmath.isfinite(value):
+        raise ReferenceInputError(f"{formula!r} is {value}, not a finite number")
+    return float(value)
 
 
 def make_signal(value: float | str) -> Expression:

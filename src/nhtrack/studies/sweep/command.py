@@ -28,6 +28,7 @@ def sweep_command(
     processes: Workers = None,
     no_figures: Annotated[bool, typer.Option("--no-figures", help="Draw no figures.")] = False,
     pdf: Pdf = False,
+    no_report: Annotated[bool, typer.Option("--no-report", help="Write no report.")] = False,
 ) -> None:
     """Run a scenario with many values of some of its keys; stopped, the same command goes on."""
     from nhtrack.execution import executor_of
@@ -47,6 +48,7 @@ def sweep_command(
             executor=executor_of(engine, processes, address),
             figures=not no_figures,
             pdf=pdf,
+            report=not no_report,
             progress=True,
             tell=print_warning,
         )

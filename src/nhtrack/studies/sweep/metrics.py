@@ -7,8 +7,8 @@ from collections.abc import Mapping
 import numpy as np
 
 from nhtrack.arrays import Array
-from nhtrack.config.grid import filled, words_of
-from nhtrack.references import ReferenceInputError, make_signal
+from nhtrack.config.grid import words_of
+from nhtrack.references import ReferenceInputError, value_of
 from nhtrack.studies.sweep.batch import Figures
 
 
@@ -57,6 +57,6 @@ def expression_value(formula: str, metrics: Mapping[str, float]) -> float:
     if not all(map(np.isfinite, used.values())):
         return np.nan
     try:
-        return float(make_signal(filled(formula, used))(np.zeros(1))[0])
+        return value_of(formula, used)
     except ReferenceInputError:
         return np.nan

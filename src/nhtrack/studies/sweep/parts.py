@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -37,6 +37,14 @@ class Part(NamedTuple):
 def run_part(plan: Plan, part: Part) -> None:
     """Runs a part and writes its rows; the file appears only once it is whole."""
     save_runs(part_rows(plan, part.runs), part.path)
+
+
+def read_rows(files: Iterable[Path]) -> pd.DataFrame:
+    """Returns the rows of parts, in order of the runs."""
+    from pyarrow.parquet import ParquetDataset
+
+    table = ParquetDataset(list(files)).read()
+    return table.take(np.argsort(table["run"].to_numpy())).to_pandas(ignore_metadata=False)
 
 
 def part_rows(plan: Plan, runs: Array) -> pd.DataFrame:

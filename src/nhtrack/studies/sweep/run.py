@@ -2,38 +2,32 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
-
-import pandas as pd
 
 from nhtrack.analysis import extent
 from nhtrack.analysis.beforehand import beforehand
 from nhtrack.analysis.machines import require_machines
 from nhtrack.config.changes import overrides_of
 from nhtrack.config.sweep import Sweep
-from nhtrack.errors import FeasibilityError, NhtrackError
+from nhtrack.errors import FeasibilityError
 from nhtrack.execution import Executor, Processes, cores
 from nhtrack.experiment.build import Experiment, build
 from nhtrack.experiment.compile import compile_once
 from nhtrack.experiment.load import load, load_sweep
 from nhtrack.files.appeared import wait_for
-from nhtrack.files.folder import is_used, save_json
-from nhtrack.recording.versions import versions
 from nhtrack.studies.campaign.tables import save_runs
+from nhtrack.studies.sweep.account import claim, files_of, require_unchanged
 from nhtrack.studies.sweep.batch import most_side_by_side
-from nhtrack.studies.sweep.parts import Part, metric_columns
+from nhtrack.studies.sweep.parts import Part, metric_columns, read_rows
 from nhtrack.studies.sweep.plan import Plan
 from nhtrack.studies.sweep.result import SweepResults
 from nhtrack.studies.sweep.stubborn import do_parts
 from nhtrack.terminal.progress import Observer, Stage, Tell, shown_progress
 
-
-class SweepError(NhtrackError):
-    """A sweep that cannot be gone on with."""
+_JUDGED = 2e-3  # [s] that a run's scenario takes to be made and judged
 
 
 def sweep(
@@ -45,6 +39,7 @@ def sweep(
     executor: Executor | None = None,
     figures: bool = False,
     pdf: bool = False,
+    report: bool = False,
     progress: bool | Observer | None = None,
     tell: Tell | None = None,
 ) -> SweepResults:
@@ -59,23 +54,28 @@ def sweep(
         executor: what does the runs in place of processes, such as `nhtrack.execution.executor_of("ray")`.
         figures: whether to draw figures into the folder.
         pdf: whether to draw them for print.
+        report: whether to write its page, `report.html`, and scenario files of its extreme runs.
         progress: as in `nhtrack.run`.
         tell: called with each warning there is before its runs.
 
     Raises:
         ScenarioError: everything wrong with the sweep, its scenario and the values of its axes.
-        SweepError: the folder holds another sweep.
+        SweepError: the folder holds another sweep, or a file that runs read changed meanwhile.
         EngineError, MachineError: the executor cannot be had, or its machines are not like this one.
     """
     loaded = source if isinstance(source, Sweep) else load_sweep(source, overrides_of(set=set))
     folder = Path("runs") / f"sweep-{loaded.name}" if out is None else Path(out)
     with shown_progress(progress) as stage:
         results = run_sweep(loaded, folder, stage, executor or Processes(processes), tell)
-    if not figures:
-        return results
-    from nhtrack.studies.sweep.figure import save_sweep_figures
+    if figures:
+        from nhtrack.studies.sweep.figure import save_sweep_figures
 
-    return replace(results, files=(*results.files, *save_sweep_figures(results, folder / "figures", pdf=pdf)))
+        results = replace(results, files=(*results.files, *save_sweep_figures(results, folder / "figures", pdf=pdf)))
+    if report:
+        from nhtrack.studies.sweep.report import write_sweep_report
+
+        results = replace(results, files=(*results.files, write_sweep_report(results)))
+    return results
 
 
 def run_sweep(
@@ -98,7 +98,7 @@ def run_sweep(
         tell: called with each warning there is before its runs.
 
     Raises:
-        SweepError: the folder holds another sweep.
+        SweepError: the folder holds another sweep, or a file that runs read changed meanwhile.
         EngineError, MachineError: the executor cannot be had, or its machines are not like this one.
     """
     executor, plan = executor or Processes(), plan_of(sweep)
@@ -106,7 +106,7 @@ def run_sweep(
     compile_once(stage)
     warnings = sweep_beforehand(plan)
     require_machines(executor, folder, plan.tree, sweep.model_dump(mode="json"))
-    size = _claim(plan, folder, workers)
+    size = claim(plan, folder, lambda: part_size(plan, workers))
     if tell is not None:
         for warning in warnings:
             tell(warning)
@@ -120,15 +120,17 @@ def run_sweep(
         done += len(part.runs)
         report(done, sweep.runs)
     wait_for(part.path for part in parts)
-    runs = pd.concat([pd.read_parquet(part.path) for part in parts], ignore_index=True).sort_values("run")
-    file = save_runs(runs.reset_index(drop=True), folder / "runs.parquet")
+    require_unchanged(plan)
+    runs = read_rows(part.path for part in parts)
+    file = save_runs(runs, folder / "runs.parquet")
     metrics = tuple(metric_columns(sweep, plan.base))
-    return SweepResults(sweep, plan.base, pd.read_parquet(file), metrics, folder, (file,), warnings)
+    return SweepResults(sweep, plan.base, runs, metrics, folder, (file,), warnings)
 
 
 def plan_of(sweep: Sweep) -> Plan:
     """Returns the plan of a sweep, its scenario loaded."""
-    return Plan(sweep, load(sweep.base, sweep.base_changes))
+    base = load(sweep.base, sweep.base_changes)
+    return Plan(sweep, base, files_of(sweep, base.model_dump(mode="json")))
 
 
 def sweep_beforehand(plan: Plan) -> tuple[str, ...]:
@@ -147,7 +149,7 @@ def sweep_beforehand(plan: Plan) -> tuple[str, ...]:
 
 def seconds_of(plan: Plan) -> float:
     """Returns how long a run takes on one core, about [s]; nothing of it is written or drawn."""
-    return extent.extent_of(_sketch(plan), wheels=plan.base.backend != "ideal").bare_seconds
+    return _JUDGED + extent.extent_of(_sketch(plan), wheels=plan.base.backend != "ideal").bare_seconds
 
 
 def part_size(plan: Plan, workers: int | None = None) -> int:
@@ -160,24 +162,3 @@ def _sketch(plan: Plan) -> Experiment:
     law = plan.base.law
     free = law.model_copy(update={"limits": None}) if "limits" in type(law).model_fields else law
     return build(plan.base.model_copy(update={"law": free}))
-
-
-def _claim(plan: Plan, folder: Path, workers: int) -> int:
-    """Returns how many runs a part has, after the account is written or found to be the same.
-
-    Raises:
-        SweepError: the folder holds something else.
-    """
-    used, account = is_used(folder), folder / "sweep.json"
-    laws = {} if plan.base.law.kind.built_in else {plan.base.law.name: plan.base.law.kind.hash}
-    asked = {"asked": plan.sweep.model_dump(mode="json"), "base": plan.tree, "laws": laws}
-    if account.is_file():
-        held = json.loads(account.read_text())
-        if {key: held.get(key) for key in asked} != json.loads(json.dumps(asked)):
-            raise SweepError(f"{folder} holds another sweep; choose another --out")
-        return int(held["part"])
-    if used:
-        raise SweepError(f"{folder} exists already and holds no sweep; choose another --out")
-    size = part_size(plan, workers)
-    save_json(account, asked | {"part": size, "versions": versions()})
-    return size

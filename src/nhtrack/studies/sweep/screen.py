@@ -46,14 +46,14 @@ def _time(seconds: float) -> str:
 def print_results(results: SweepResults, console: Console) -> None:
     """Prints what came of each metric, how many runs were lost or refused, and the command of its largest."""
     console.print(rich_table(results_table(results)))
-    for (outcome, reason), part in _not_completed(results.runs):
+    for (outcome, reason), part in not_completed(results.runs):
         print_line(console, f"{outcome}: {counted(len(part), 'run')}, the first {int(part['run'].iloc[0])}: {reason}")
 
 
-def _not_completed(runs: pd.DataFrame) -> list[tuple[Any, pd.DataFrame]]:
+def not_completed(runs: pd.DataFrame, most: int = 5) -> list[tuple[Any, pd.DataFrame]]:
     """Returns the rows of runs that did not end well, by outcome and reason, the most frequent first."""
     groups = runs[runs["outcome"] != COMPLETED].groupby(["outcome", "reason"], sort=False)
-    return sorted(groups, key=lambda group: -len(group[1]))[:5]
+    return sorted(groups, key=lambda group: -len(group[1]))[:most]
 
 
 def results_table(results: SweepResults) -> ResultTable:

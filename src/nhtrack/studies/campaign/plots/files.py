@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 
 import pandas as pd
 
+from nhtrack.files.names import file_names
 from nhtrack.plots.files import save_figure
 from nhtrack.plots.style import styled
 from nhtrack.studies.campaign.grids import by_reference, grid_maps
@@ -56,16 +56,3 @@ def save_campaign_figures(
         name = "_".join(["grid_map", *file_names([each.name]).values(), *([laws[each.law]] if each.law else [])])
         figures[name] = grid_map(cells, each, (labels or {}).get(each.name))
     return [path for name, figure in figures.items() for path in save_figure(figure, folder / name, pdf=pdf)]
-
-
-def file_names(labels: Sequence[str]) -> dict[str, str]:
-    """Returns a name for a file for every label; those that would be the same are numbered."""
-    chosen: dict[str, str] = {}
-    for label in labels:
-        slug = name = re.sub(r"[^a-z0-9]+", "_", label.lower()).strip("_")
-        number = 1
-        while name in chosen.values():
-            number += 1
-            name = f"{slug}_{number}"
-        chosen[label] = name
-    return chosen
