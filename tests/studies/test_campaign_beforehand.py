@@ -110,3 +110,11 @@ def test_what_is_told_comes_true(law: str) -> None:
         if run_starts(Cell(campaign, law, family), slice(0, 20))["converged"].mean() < 0.9
     }
     assert (beyond - missed, missed - beyond) == WRONG[law]
+
+
+def test_a_campaign_too_long_to_be_looked_at_in_seconds_is_looked_at_in_part() -> None:
+    """What is looked at is told as ever; a run of it, which takes hours, looks at all."""
+    campaign = load_campaign("campaign/fast_leaders", ["families=[reverse-300ms, circle-6, spin-6]"])
+    first, *others = campaign_beforehand(campaign, most=2 * campaign.periods)
+    assert first == "3 references of 8000 control periods each: the first 2 are looked at"
+    assert others == [said for said in campaign_beforehand(campaign) if not said.startswith("spin-6")]

@@ -60,9 +60,11 @@ def _beforehand(loaded: Scenario | Campaign | Sweep) -> tuple[str, tuple[str, ..
         return "", sweep_beforehand(plan_of(loaded))
     auto = loaded.similarity.time == "auto"
     if isinstance(loaded, Campaign):
-        from nhtrack.studies.campaign.beforehand import campaign_beforehand, campaign_beforehand_without_time
+        from nhtrack.studies.campaign import beforehand as campaigns
 
-        return "", campaign_beforehand_without_time(loaded) if auto else campaign_beforehand(loaded)
+        if auto:
+            return "", campaigns.campaign_beforehand_without_time(loaded)
+        return "", campaigns.campaign_beforehand(loaded, most=campaigns.LOOKED_AT)
     from nhtrack.analysis.beforehand import beforehand, beforehand_without_time, told_extent
     from nhtrack.experiment.build import build
 

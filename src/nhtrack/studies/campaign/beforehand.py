@@ -12,9 +12,15 @@ from nhtrack.experiment.build import build, make_law, make_limits
 from nhtrack.presentation.numbers import counted
 from nhtrack.studies.campaign.cell import Cell
 
+LOOKED_AT = 1_000_000  # control periods that are looked at in a few seconds
+
 
 def campaign_beforehand(
-    campaign: Campaign, gains: Mapping[tuple[str, str], Mapping[str, float]] | None = None, *, limited: bool = True
+    campaign: Campaign,
+    gains: Mapping[tuple[str, str], Mapping[str, float]] | None = None,
+    *,
+    limited: bool = True,
+    most: int | None = None,
 ) -> tuple[str, ...]:
     """Returns what of its references is beyond laws and robots, in sentences, once for each reference and law.
 
@@ -25,12 +31,20 @@ def campaign_beforehand(
         campaign: with its time scale as a number.
         gains: found by tuning, by label and family.
         limited: whether to look at the limits that laws keep.
+        most: control periods to look at, of all references together, where that is to take seconds; then it is told
+            how many references are looked at.
     """
     tuned = () if campaign.tuning is None else campaign.tuning.laws
     found, robot, limits = dict[str, dict[str, list[str]]](), None, {}
     laws = campaign.laws.items()
-    late = [said for label, law in laws for said in delay_warnings(campaign.delay, law, f"laws.{label}")]
-    for family in _looked_at(campaign):
+    alike = [said for label, law in laws for said in delay_warnings(campaign.delay, law, f"laws.{label}")]
+    families = _looked_at(campaign)
+    some = len(families) if most is None else max(1, most // campaign.periods)
+    if some < len(families):
+        alike.append(
+            f"{len(families)} references of {campaign.periods} control periods each: the first {some} are looked at"
+        )
+    for family in families[:some]:
         for place, label in enumerate(campaign.laws):
             cell = Cell(campaign, label, family, (gains or {}).get((label, family), {}))
             if place == 0:
@@ -44,7 +58,7 @@ def campaign_beforehand(
                 limits[label] = make_limits(scenario.model_copy(update={"law": cell.law}), robot)
             law = make_law(cell.law, experiment.similarity, limits.get(label))
             _note(found, cell, f" under {label}", leader_beyond_law(law, scenario, experiment))
-    return (*late, *(sentence for points in found.values() for sentence in _told(points)))
+    return (*alike, *(sentence for points in found.values() for sentence in _told(points)))
 
 
 def campaign_beforehand_without_time(campaign: Campaign) -> tuple[str, ...]:
@@ -59,7 +73,8 @@ def campaign_beforehand_without_time(campaign: Campaign) -> tuple[str, ...]:
     cells = [Cell(guess, next(iter(campaign.laws)), family) for family in _looked_at(campaign)]
     time = max(leader_time(at_time(cell.scenario(0, virtual=False), "auto")) for cell in cells)
     at = f"similarity.time {time:g}, the smallest that fits its leaders alone"
-    return tuple(f"at {at}: {said}" for said in campaign_beforehand(at_time(campaign, time), limited=False))
+    found = campaign_beforehand(at_time(campaign, time), limited=False, most=LOOKED_AT)
+    return tuple(f"at {at}: {said}" for said in found)
 
 
 def _looked_at(campaign: Campaign) -> list[str]:
