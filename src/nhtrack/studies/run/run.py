@@ -279,8 +279,9 @@ def _attributes(
 
 def _trusted_friction(scene: Scene | None) -> float:
     """Returns up to which friction tyres that slide bear what Coulomb's law gives them; none on MuJoCo's contacts."""
-    told = scene is not None and scene.spec.contact == "stiff"
-    return firm_friction(tyre_compliance(scene)) if scene is not None and told else 0.0
+    if scene is None or scene.spec.contact != "stiff":
+        return 0.0
+    return firm_friction(tyre_compliance(scene))
 
 
 def _end(failure: SimulationDiverged | None) -> dict[str, str | float]:
