@@ -14,7 +14,7 @@ import sys
 import threading
 from collections import Counter, deque
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
 
@@ -25,6 +25,7 @@ _QUEUED = 100  # tasks beyond those that are done at once: what machines find th
 _STORE = 10**8  # [bytes] of the object store of a Ray of our own: tasks write files, and nothing large is sent
 _PATIENCE = 5.0  # [s] in which an address has to answer
 _HEALTHY = 20.0  # [s] in which Ray has to be found there
+_OURS = "nhtrack"  # Ray's name for what is connected here, and not by the program that uses this package
 _HERE = "local"  # Ray's word for one of our own
 _CHECKED = 600.0  # [s] in which every machine has to, where it may have to compile first
 # Ray tells its makers nothing, says nothing of accelerators, leaves in its logs what workers and machines say, and lets
@@ -41,7 +42,8 @@ _SETTINGS = {
 class Ray(Executor):
     """Does tasks by Ray, one on each of its processors.
 
-    What is not connected to Ray yet is connected when the first task is done, and stays so until the process ends.
+    What is not connected to Ray yet is connected when the first task is done, and stays so until the process ends or
+    tasks are given up, which ends those that are running.
 
     Attributes:
         address: of a cluster that this machine belongs to, `host:port` or `auto`; RAY_ADDRESS by default. Without any,
@@ -135,9 +137,8 @@ class Ray(Executor):
                     else:
                         yield place, True, result
         finally:
-            for each in running:
-                with suppress(Exception):  # what is gone needs no end
-                    ray.cancel(each, force=True)
+            if running and ray.get_runtime_context().namespace == _OURS:
+                ray.shutdown()  # Ray's way to cancel a task ends this process at times, where the task is just done
 
     def _connected(self) -> Any:
         """Returns Ray, connected to.
@@ -155,7 +156,7 @@ class Ray(Executor):
             return ray
         if self._where != _HERE:
             _require_answer(self._where)
-        how = {"log_to_driver": False, "logging_level": logging.ERROR}
+        how = {"namespace": _OURS, "log_to_driver": False, "logging_level": logging.ERROR}
         if self._where == _HERE:
             how |= {"num_cpus": self.most or cores(), "object_store_memory": _STORE, "include_dashboard": False}
         try:
