@@ -119,6 +119,10 @@ def test_validate_warns_and_is_strict_if_asked(tmp_path: Path) -> None:
     assert warned.stderr == f"mine.yaml: warning: {said}\n"
     assert invoke("validate", "--strict", "mine.yaml", "tour/hello").exit_code == 2
     assert invoke("validate", "--strict", "tour/hello").exit_code == 0
+    changed = [word for change in ("similarity.time=1", "law.kp=9", "law.kd=0.1") for word in ("--set", change)]
+    assert "law.kd = 0.1 is below" in invoke("validate", "paper/example1", *changed).stderr
+    for name in ("campaign/agile", "sweep/small", "tour/hello"):
+        assert invoke("validate", name, "--set", "name=a/b").exit_code == 2
 
 
 def test_validate_tells_that_ground_and_motors_leave_no_limits(tmp_path: Path) -> None:

@@ -389,6 +389,9 @@ def test_a_fault_the_command_line_brought_points_there() -> None:
         "case.yaml: law.kq: unknown key; did you mean 'k'? available: name, delay_periods, kp, kd, ke, k, variant, "
         "hysteresis, dead_zone (from --set law.kq=1)",
     ]
+    (fault,) = faults_of(MINIMAL, overrides=["lw.kp=1"])
+    assert "lw: unknown key; did you mean 'law'?" in fault
+    assert fault.endswith("(from --set lw.kp=1)")
 
 
 def test_an_override_mends_a_file() -> None:

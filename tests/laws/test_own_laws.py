@@ -416,6 +416,16 @@ def test_the_law_to_start_from_warns() -> None:
     assert kind(k_y=9.0).warnings() == ("k_theta = 4 is below 2 sqrt(k_y) = 6: it swings onto a line",)
 
 
-def test_no_such_file(tmp_path: Path) -> None:
-    with pytest.raises(LawError, match="no such file"):
-        law_in(tmp_path / "mine.py")
+def test_what_is_no_text_of_a_bounded_size_is_not_read(tmp_path: Path) -> None:
+    mine = tmp_path / "mine.py"
+    with pytest.raises(LawError, match=r"mine\.py: no such file"):
+        law_in(mine)
+    for data, said in ((b"#" * 1_000_001, "mine.py: has more than 1 MB"), (b"\nx = '\xff'", "mine.py:2:6: not UTF-8")):
+        mine.write_bytes(data)
+        with pytest.raises(LawError, match=said):
+            law_in(mine)
+    with pytest.raises(LawError, match="is a directory"):
+        law_in(tmp_path)
+    os.mkfifo(tmp_path / "pipe.py")
+    with pytest.raises(LawError, match="is no regular file"):
+        law_in(tmp_path / "pipe.py")

@@ -11,6 +11,7 @@ import typer
 
 from nhtrack.errors import FeasibilityError, ScenarioError
 from nhtrack.terminal.app import EXIT_SCENARIO, app, fail
+from nhtrack.terminal.options import Changes
 from nhtrack.terminal.screen import screen
 
 if TYPE_CHECKING:
@@ -24,6 +25,7 @@ def validate_command(
     files: Annotated[
         list[str], typer.Argument(metavar="FILE...", help="Scenario, campaign or sweep files, or bundled names.")
     ],
+    overrides: Changes = None,
     strict: Annotated[bool, typer.Option("--strict", help="Exit with 2 where there are warnings, too.")] = False,
 ) -> None:
     """Check files, every fault with its line, and leaders beyond law or robot; nothing is run."""
@@ -32,7 +34,7 @@ def validate_command(
     faulty = False
     for source in files:
         try:
-            loaded = load_either(source)
+            loaded = load_either(source, overrides or ())
             extent, warnings = _beforehand(loaded)
         except ScenarioError as error:
             faulty = True

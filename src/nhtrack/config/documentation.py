@@ -214,7 +214,8 @@ every run that is clicked the command that repeats it. Of many runs the page has
 some, which it says. `key` is a hash of all that a run depends on: scenario, changes, laws, robots, tables, versions.
 
 What was stopped or killed goes on with the same command and loses no part that was done; where a file, the scenario or
-a version is no longer the same it is refused, by name. The numbers of a run are those of `nhtrack run` with the same
+a version is no longer the same it is refused, by name. `--executor` says what does the runs: processes of this machine,
+or a Ray cluster of several ([many machines](scaling.md)). The numbers of a run are those of `nhtrack run` with the same
 changes, to the last bit (sums over a run to 1e-12), however the sweep is divided: runs that differ in gains, starts or
 seed alone go side by side through one compiled model. A run that is lost, that its values do not allow, or that ends
 three processes, is a row with its reason. With `repeats` the k-th run of every point has the scenario's seed + k, the

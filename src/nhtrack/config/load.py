@@ -120,24 +120,28 @@ class Loader:
             return error.faults
         return (_AUTO,) if loaded.similarity.time == "auto" else ()
 
-    def load_either(self, source: str | FilePath) -> Scenario | Campaign | Sweep:
+    def load_either(self, source: str | FilePath, overrides: Sequence[str] = ()) -> Scenario | Campaign | Sweep:
         """Returns what a file says, or a bundled file of that name: a scenario, a campaign or a sweep.
+
+        Args:
+            source: path of the file, or a bundled name.
+            overrides: changes such as `law.kp=3`, applied before anything is judged.
 
         Raises:
             ScenarioError: everything wrong with it.
         """
         if str(source) in assets.bundled_campaigns():
-            return self.load_campaign(source)
+            return self.load_campaign(source, overrides)
         if str(source) in assets.bundled_sweeps():
-            return self.load_sweep(source)
+            return self.load_sweep(source, overrides)
         path = FilePath(source)
         if not exists(path) or path.is_dir():
-            return self.load(source)
+            return self.load(source, overrides)
         document = _parsed(path)
         if is_sweep(document.tree):
-            return self.load_sweep(path)
+            return self.load_sweep(path, overrides)
         form: _Form[Any] = _CAMPAIGN if is_campaign(document.tree) else _SCENARIO
-        found: Scenario | Campaign = self._read_document(document, path, path.parent, (), form)
+        found: Scenario | Campaign = self._read_document(document, path, path.parent, overrides, form)
         return found
 
     def load(self, source: str | FilePath, overrides: Sequence[str] = ()) -> Scenario:
@@ -253,6 +257,8 @@ def _validated(model: type[Kind], tree: Any) -> tuple[Kind | None, ValidationErr
 def _placed(path: Path, message: str, document: Document, changed: Mapping[Path, str]) -> Fault:
     """Returns the fault of a path, placed at its key or the nearest above it, or on the command line."""
     brought = next((changed[here] for here in ancestors(path) if here in changed), None)
+    if brought is None and path not in document.positions:  # a section that is there for a key in it alone
+        brought = next((text for key, text in changed.items() if key[: len(path)] == path), None)
     if brought is not None:
         return Fault(0, 0, dotted(path), f"{message} (from --set {brought})")
     place = next((document.positions[here] for here in ancestors(path) if here in document.positions), (0, 0))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
-__all__ = ["TextError", "exists", "read_text"]
+__all__ = ["TextError", "exists", "read_bytes", "read_text", "text_of"]
 
 
 class TextError(ValueError):
@@ -42,6 +42,19 @@ def read_text(path: Path, most: int) -> str:
     Raises:
         TextError: it cannot be read, is too long, or is not UTF-8 text.
     """
+    return text_of(read_bytes(path, most)).removeprefix("\ufeff").replace("\r\n", "\n").replace("\r", "\n")
+
+
+def read_bytes(path: Path, most: int) -> bytes:
+    """Returns what a file holds.
+
+    Args:
+        path: of the file; a pipe or a device, which may never end, is refused.
+        most: bytes that it may have.
+
+    Raises:
+        TextError: it cannot be read, or is too long.
+    """
     if not exists(path):
         raise TextError("no such file")
     if not path.is_file():
@@ -55,11 +68,19 @@ def read_text(path: Path, most: int) -> str:
         raise TextError("cannot be read: nothing is there yet")
     if len(data) > most:
         raise TextError(f"has more than {most / 1e6:g} MB")
+    return data
+
+
+def text_of(data: bytes) -> str:
+    """Returns bytes as the text they are, with its line ends and any byte order mark.
+
+    Raises:
+        TextError: it is not UTF-8 text; with line and column.
+    """
     try:
-        text = data.decode("utf-8-sig")
+        return data.decode("utf-8")
     except UnicodeDecodeError as error:
         line = data.count(b"\n", 0, error.start) + 1
         column = error.start - data.rfind(b"\n", 0, error.start)
         reason = f"not UTF-8 text (byte 0x{data[error.start]:02x}); save the file as UTF-8"
         raise TextError(reason, line, column) from None
-    return text.replace("\r\n", "\n").replace("\r", "\n")

@@ -9,8 +9,9 @@ from pathlib import Path
 from types import ModuleType
 
 from nhtrack.errors import RefusedError
-from nhtrack.files.text import exists
+from nhtrack.files.text import TextError, exists, read_bytes, text_of
 
+_MOST_BYTES = 10**6
 _MARK = "\ufeff"  # that some editors begin a file with
 
 
@@ -24,12 +25,14 @@ def read_source(path: str | Path) -> tuple[Path, str]:
     Raises:
         LawError: no such file, or no text.
     """
-    if not exists(Path(path)) or not (file := Path(path).resolve()).is_file():
+    if not exists(Path(path)):
         raise LawError(f"{path}: no such file")
+    file = Path(path).resolve()
     try:
-        return file, file.read_bytes().decode("utf-8")  # its hash is that of the file: line ends stay
-    except (OSError, UnicodeDecodeError) as error:
-        raise LawError(f"{file}: cannot be read: {error}") from error
+        return file, text_of(read_bytes(file, _MOST_BYTES))  # its hash is that of the file: line ends stay
+    except TextError as error:
+        where = f"{file}:{error.line}:{error.column}" if error.line else f"{file}"
+        raise LawError(f"{where}: {error}") from error
 
 
 def import_source(file: Path, source: str) -> ModuleType:
