@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 _MOST_NAMES = 60  # that a message lists
+_MOST_FAULTS = 100  # that a message tells
 _LONGEST_NAME = 200  # letters of what was given that a message repeats, and that its nearest name is looked for with
 
 
@@ -96,7 +97,7 @@ def _place(fault: Fault) -> tuple[int, int, str]:
 
 
 class ScenarioError(NhtrackError):
-    """Everything wrong with a scenario, one line a fault, all of them at once.
+    """Everything wrong with a scenario, one line a fault, all of them at once; of very many the message has the first.
 
     Attributes:
         source: the file, or a word for text that came from elsewhere.
@@ -105,7 +106,10 @@ class ScenarioError(NhtrackError):
 
     def __init__(self, source: str | Path, faults: Sequence[Fault]) -> None:
         self.source, self.faults = str(source), tuple(sorted(faults, key=_place))
-        super().__init__("\n".join(self._line(fault) for fault in self.faults))
+        lines = [self._line(fault) for fault in self.faults[:_MOST_FAULTS]]
+        if more := len(self.faults) - len(lines):
+            lines.append(printable(f"{self.source}: and {more} more"))
+        super().__init__("\n".join(lines))
 
     def __reduce__(self) -> tuple[type[ScenarioError], tuple[str, tuple[Fault, ...]]]:
         """Returns how to make the error anew, so that it can cross from a worker process."""
