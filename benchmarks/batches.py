@@ -16,8 +16,8 @@ import numpy as np
 from mujoco import batch as mujoco_batch
 from replay import LAWS, Log
 
-from nhtrack.experiment.loop import run
-from nhtrack.experiment.recorder import FullRecorder, Streaming
+from nhtrack.experiment.loop import rollout, run_loop
+from nhtrack.experiment.recorder import Streaming
 from nhtrack.experiment.rows import Rows
 from nhtrack.laws import law_named
 from nhtrack.network import Network
@@ -57,13 +57,12 @@ def main() -> None:
     for threads in (1, 2):
         simulation = MujocoSimulation(scene, PERIOD, (b,), threads, spec=spec, keep_going=True)
         engine = mujoco_batch.Batch(simulation._models[0], b, threads)
-        recorder = FullRecorder()
-        run(simulation, law, network, inputs, start, recorder)
-        log = Log(simulation, start, recorder.variables["input"][:-1])
+        commands = rollout(simulation, law, network, inputs, start).variables["input"][:-1]
+        log = Log(simulation, start, commands)
         spells = []
         for _ in range(given.spells):
             begin = time.perf_counter()
-            run(simulation, law, network, inputs, start, Nothing())
+            run_loop(simulation, law, network, inputs, start, Nothing())
             closed = time.perf_counter() - begin
             spells.append((_open_loop(engine, simulation, log), closed))
         best, closed = (min(column) for column in zip(*spells, strict=True))

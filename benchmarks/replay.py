@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -13,12 +14,15 @@ from nhtrack.experiment.loop import rollout
 from nhtrack.laws import Law, law_named
 from nhtrack.network import Network
 from nhtrack.simulation import engine
+from nhtrack.simulation.motion import Motion, Place, Wheels
 from nhtrack.simulation.mujoco import MujocoSimulation
 from nhtrack.simulation.scene import SceneSpec, stepped_scene
+from nhtrack.simulation.sliding import step_physics
 from nhtrack.simulation.state import State
+from nhtrack.simulation.unit import drive_unit, load_unit, read_unit, store_unit
 
 PERIOD = 0.01  # [s]
-LAWS = {
+LAWS: dict[str, dict[str, Any]] = {
     "universal": {"k1": 16.0, "k2": 8.0, "k3": 6.0, "c": 0.5, "field_speed": 0.3},
     "published": {"kp": 1.0, "kd": 2.5, "ke": 0.5, "k": 5.0},
 }
@@ -95,29 +99,29 @@ class Log:
 
 
 @compiled_loop
-def _record_period(wheels, place, motion, u, log):  # type: ignore[no-untyped-def]
+def _record_period(wheels: Wheels, place: Place, motion: Motion, u: np.ndarray, log: np.ndarray) -> None:
     """Does what `engine.step_simulation` does, and writes down what it gives MuJoCo."""
     count = wheels.tyres.shape[0]
     for b in range(motion.qpos.shape[0]):
         engine.begin(motion, b, u[b])
         for unit in range(motion.qpos.shape[1] // count):
-            engine.load_unit(wheels, place, motion, b, unit)
+            load_unit(wheels, place, motion, b, unit)
             for step in range(wheels.substeps):
-                engine.drive_unit(wheels, place, motion, b, unit, step == 0)
+                drive_unit(wheels, place, motion, b, unit, step == 0)
                 for i in range(count):
                     robot = unit * count + i
                     for w in range(2):
                         log[step, b, robot, w, 0] = float64_at(place.ctrl + 8 * wheels.motors[i, w])
                         log[step, b, robot, w, 1] = float64_at(place.surface + 48 * wheels.tyres[i, w] + 8)
                         log[step, b, robot, w, 2] = motion.friction[b, robot, w]
-                call_2(place.step, place.model, place.data)
-                engine.read_unit(wheels, place, motion, b, unit)
-            engine.store_unit(wheels, place, motion, b, unit)
+                step_physics(wheels, place, motion, b, unit * count)
+                read_unit(wheels, place, motion, b, unit)
+            store_unit(wheels, place, motion, b, unit)
         engine.finish(wheels, motion, b)
 
 
 @compiled_loop
-def _replay(wheels, place, log, first):  # type: ignore[no-untyped-def]
+def _replay(wheels: Wheels, place: Place, log: np.ndarray, first: int) -> None:
     """Writes what was written down and steps, nothing else; log of shape (steps, robots, 2, 3)."""
     for s in range(log.shape[0]):
         for i in range(wheels.tyres.shape[0]):

@@ -64,8 +64,10 @@ def make(name: str) -> Path:
     film = FILMS[name]
     recording = _compared(film) if film.rivals else run(film.scenario).recording
     speed = float(recording.time[-1]) / film.seconds
-    look = {"camera": film.camera, "size": film.size, "fps": FRAMES_PER_SECOND, "speed": speed, "quality": "high"}
-    return render_film(recording, FOLDER / f"{name}.gif", **look, processes=os.cpu_count() or 1)
+    return render_film(
+        recording, FOLDER / f"{name}.gif", camera=film.camera, size=film.size, fps=FRAMES_PER_SECOND, speed=speed,
+        quality="high", processes=os.cpu_count() or 1,
+    )  # fmt: skip
 
 
 def _compared(film: Film) -> Recording:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -77,7 +78,7 @@ def _no_creep(simulation: MujocoSimulation) -> None:
     simulation.wheels = simulation.wheels._replace(force_share=0.0)
 
 
-LEFT_OUT: tuple[tuple[str, dict[str, object], Callable[[MujocoSimulation], None] | None], ...] = (
+LEFT_OUT: tuple[tuple[str, dict[str, Any], Callable[[MujocoSimulation], None] | None], ...] = (
     ("nothing", {}, None),
     ("stiff contacts and rate correction", {"contact": "default", "rate_correction": False}, None),
     ("rate correction", {"rate_correction": False}, None),

@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 from nhtrack.experiment.load import load_campaign
 from nhtrack.laws import agile, law_named
 from nhtrack.laws.evaluate import commands, first_memories
-from nhtrack.laws.leader_motion import schedule
+from nhtrack.laws.leader_motion import Seen, schedule
 from nhtrack.plots.style import panel_title, styled
 from nhtrack.simulation.ideal import propagate
 from nhtrack.studies.campaign.cell import Cell
@@ -43,7 +43,7 @@ class Account(NamedTuple):
 
 def storage_of(follower: np.ndarray, leader: np.ndarray, memory: np.ndarray) -> float:
     """Returns V = int_0^|r| s/q(s) ds + theta^2/(2 b) with the gains of the moment [m^2]."""
-    seen = agile.Seen(*memory[SEEN:])
+    seen = Seen(*memory[SEEN:])
     b = schedule(seen, GAINS.rate, GAINS.k_theta, GAINS.k_inner, GAINS.zeta, GAINS.least_speed).b
     pull = (b / GAINS.turn_rate) ** 2 * seen.speed_2
     square = float((follower[0] - leader[0]) ** 2 + (follower[1] - leader[1]) ** 2)

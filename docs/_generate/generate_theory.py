@@ -281,7 +281,8 @@ def limit_cycle() -> Figure:
     i = 0
     middle.plot(last[:, i, 0], last[:, i, 1], color=BLUE, linewidth=0.9)
     for k in range(0, len(last), 1 + len(last) // 13):
-        middle.add_patch(arrow(*last[k, i], 0.012, color=ORANGE, zorder=3, linewidth=0))
+        x, y, heading = last[k, i]
+        middle.add_patch(arrow(x, y, heading, 0.012, color=ORANGE, zorder=3, linewidth=0))
     middle.plot(0, 0, "+", color=INK, markersize=9, markeredgewidth=1.5, zorder=4)
     middle.set_aspect("equal", adjustable="datalim")
     t = np.linspace(0, DURATION, len(motion.error))
@@ -380,7 +381,8 @@ def printed_twist() -> Figure:
 
 
 def _parent(g: np.ndarray, xi: np.ndarray) -> Leader:
-    return Leader(*map(float, (*g, *xi)), 0.0, 0.0, 0.0)
+    x, y, theta, v_x, v_y, omega = map(float, (*g, *xi))
+    return Leader(x, y, theta, v_x, v_y, omega, 0.0, 0.0, 0.0)
 
 
 def _folded_velocity(a: Leader, b: Leader, share: float, exact: bool) -> tuple[float, float]:

@@ -26,7 +26,7 @@ def fill(page: Path, parts: Mapping[str, str]) -> None:
     for marker, content in parts.items():
         begin, end = f"<!-- begin: {marker} -->", f"<!-- end: {marker} -->"
         pattern = re.compile(re.escape(begin) + ".*?" + re.escape(end), re.DOTALL)
-        text, found = pattern.subn(lambda _, new=f"{begin}\n{content}\n{end}": new, text)
+        text, found = pattern.subn(f"{begin}\n{content}\n{end}".replace("\\", r"\\"), text)
         if found != 1:
             raise ValueError(f"{page.name}: expected one {begin} ... {end}, found {found}")
     page.write_text(text, encoding="utf-8")
