@@ -23,6 +23,7 @@ from nhtrack.studies.sweep.account import SweepError
 from nhtrack.studies.sweep.drawn import MOST_RUNS_SHOWN, shown_rows
 from nhtrack.studies.sweep.front import all_fronts
 from nhtrack.studies.sweep.indices import sobol_indices
+from nhtrack.studies.sweep.look import ticks_of
 from nhtrack.studies.sweep.parts import FAILED, LOST_RUN, Part, part_rows
 from nhtrack.studies.sweep.plan import drawn_shares
 from nhtrack.studies.sweep.result import SweepResults
@@ -400,3 +401,18 @@ def test_what_is_left_out_of_a_page_is_drawn_at_random_but_for_extremes_and_fron
     assert len(rows) == MOST_RUNS_SHOWN
     assert {5, int(table["b"].idxmax()), *fronts[0].tolist()} <= {*rows.tolist()}
     assert shown_rows(table[:100], ["a", "b"], [np.arange(3)], 3).tolist() == list(range(100))
+
+
+@pytest.mark.parametrize(
+    ("factors", "low", "high"), [(False, 0.05, 0.45), (False, -3.0, 8e4), (True, 3.2, 20.0), (True, 1e-4, 3.0)]
+)
+def test_ticks_of_many_cells_are_round_numbers_where_they_belong(factors: bool, low: float, high: float) -> None:
+    of = np.geomspace if factors else np.linspace
+    places, texts = ticks_of(pd.Index(of(low, high, 100)), factors=factors)
+    ticks = np.array([float(text.replace("\u2212", "-")) for text in texts])
+    assert 2 <= len(ticks) <= 20
+    assert all(float(f"{tick:.2g}") == tick for tick in ticks), texts
+    centre = np.log if factors else np.asarray
+    wanted = 0.5 + 99 * (centre(ticks) - centre(low)) / (centre(high) - centre(low))
+    np.testing.assert_allclose(places, wanted, atol=1e-9)
+    assert ticks_of(pd.Index([3.0, 1.0]))[1] == ["3", "1"]

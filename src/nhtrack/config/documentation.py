@@ -226,6 +226,12 @@ same noise at every point.
 This is `sweep/delay`: 147 runs on wheels behind a figure of eight, at 50 Hz. On the diagonal laws are asked ahead by as
 much as their commands are late: 80 ms late `agile` then keeps within 21 µm, 0.49 mm where it is not asked ahead. At
 160 ms that is 92 µm, and 0.76 m.
+
+![Largest distance of wheels from their twin, by friction and by a gain of the law](figures/sweep_friction_gain.png)
+
+This is `sweep/friction_gain`: 10 000 runs on wheels of 24 s, 16 minutes on two cores, 0.17 s of the processor a run; at
+eight frictions runs took 1.11 times what the same steps take in bare `mj_step` (0.96 to 1.38). From a friction of 0.26
+on, wheels keep within 70 nm of their ideal twins at every gain; below, they slide and part by up to 0.12 m.
 """
 
 _METRICS = """Of a run's worst follower, or of its worst robot on wheels, as `summary.json` has them; not known (NaN)

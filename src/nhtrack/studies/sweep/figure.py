@@ -23,6 +23,7 @@ from nhtrack.studies.sweep.indices import sobol_indices
 from nhtrack.studies.sweep.look import (
     MAP,
     dots_of,
+    goes_by_factors,
     head,
     is_logarithmic,
     lay_axis,
@@ -100,7 +101,8 @@ def sweep_map(results: SweepResults, metric: str, up: str, across: str, aside: s
     drawn = figure.subplots(1, len(panels), sharey=True, squeeze=False)[0]
     for axes, (label, part) in zip(drawn, panels.items(), strict=True):
         table = part.pivot_table(metric, up, across, "median", sort=False)
-        _draw_map(axes, table.reindex(index=list(sweep.labels(up)), columns=list(sweep.labels(across))), norm, metric)
+        table = table.reindex(index=list(sweep.labels(up)), columns=list(sweep.labels(across)))
+        _draw_map(axes, sweep, table, norm, metric)
         axes.set_xlabel(plain(across))
         axes.set_title("" if aside is None else plain(f"{aside}: {label}"), fontsize=8.5)
     drawn[0].set_ylabel(plain(up))
@@ -111,15 +113,16 @@ def sweep_map(results: SweepResults, metric: str, up: str, across: str, aside: s
     return figure
 
 
-def _draw_map(axes: Axes, table: pd.DataFrame, norm: Normalize, metric: str) -> None:
-    """Draws the values of a metric in cells."""
+def _draw_map(axes: Axes, sweep: Sweep, table: pd.DataFrame, norm: Normalize, metric: str) -> None:
+    """Draws the values of a metric over two axes of a sweep, in cells."""
+    up, across = str(table.index.name), str(table.columns.name)
     axes.set_facecolor("#DADADA")
     values = np.ma.masked_invalid(table.to_numpy(dtype=float))
     axes.pcolormesh(values, cmap=MAP, norm=norm, rasterized=True)
     if values.size <= _WRITTEN:
         _write_values(axes, values, norm, unit_of(metric))
-    axes.set_xticks(*ticks_of(table.columns))
-    axes.set_yticks(*ticks_of(table.index))
+    axes.set_xticks(*ticks_of(table.columns, factors=goes_by_factors(sweep, across)))
+    axes.set_yticks(*ticks_of(table.index, factors=goes_by_factors(sweep, up)))
     axes.tick_params(length=0)
     axes.grid(False)
     for spine in axes.spines.values():

@@ -11,7 +11,7 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.colors import LogNorm, Normalize
 from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullFormatter
 
 from nhtrack.colours import FOLLOWERS, INK
 from nhtrack.config.grid import Range
@@ -81,10 +81,22 @@ def lay_axis(axes: Axes, sweep: Sweep, key: str, *, most: int = 3) -> Callable[[
     return lambda values: values
 
 
-def ticks_of(labels: pd.Index) -> tuple[np.ndarray, list[str]]:
-    """Returns places and texts of ticks at cells, few enough to be read."""
-    every = max(1, -(-len(labels) // _MOST_TICKS)) if len(labels) > 2 * _MOST_TICKS else 1
-    chosen = np.arange(0, len(labels), every)
+def ticks_of(labels: pd.Index, *, factors: bool = False) -> tuple[np.ndarray, list[str]]:
+    """Returns places and texts of ticks at cells, few enough to be read: of many numbers that rise, at round ones.
+
+    Args:
+        labels: of the cells.
+        factors: whether they go by factors.
+    """
+    many = len(labels) > 2 * _MOST_TICKS
+    if many and labels.dtype.kind in "fi" and labels.is_monotonic_increasing:
+        values, scaled = labels.to_numpy(dtype=float), np.log if factors else np.asarray
+        locator = LogLocator(subs=(1.0, 2.0, 5.0)) if factors else MaxNLocator(_MOST_TICKS - 1)
+        ticks = np.asarray(locator.tick_values(values[0], values[-1]))
+        ticks = ticks[(ticks >= values[0]) & (ticks <= values[-1])]
+        places = np.interp(scaled(ticks), scaled(values), np.arange(len(values)) + 0.5)
+        return places, [plain(f"{each:.4g}") for each in ticks]
+    chosen = np.arange(0, len(labels), -(-len(labels) // _MOST_TICKS) if many else 1)
     return chosen + 0.5, [plain(f"{labels[i]:.4g}" if isinstance(labels[i], float) else str(labels[i])) for i in chosen]
 
 
