@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import math
+from collections.abc import Iterator
 from typing import Annotated, Any, Self, TypeAlias
 
 from pydantic import (
@@ -21,6 +21,7 @@ from nhtrack.errors import did_you_mean
 
 # YAML lists become tuples, which stay frozen; only the container is converted, never what is in it.
 Point: TypeAlias = Annotated[tuple[float, float], Field(strict=False)]
+LARGEST = 1e12  # magnitude of a number in a file; powers and products of larger ones have no end in doubles
 LEAST_FRICTION = 1e-5  # mjMINMU, a coefficient that MuJoCo takes for any below it
 Finding: TypeAlias = tuple[tuple[str | int, ...], str]  # what is wrong between keys: path in the file, and message
 
@@ -39,14 +40,20 @@ def _friction(value: float) -> float:
 Friction: TypeAlias = Annotated[float, Field(ge=0), AfterValidator(_friction)]
 
 
-def is_finite(value: Any) -> bool:
-    """Returns whether a raw value of a file is a finite number."""
-    if not isinstance(value, (int, float)) or isinstance(value, bool):
-        return False
-    try:
-        return math.isfinite(value)
-    except OverflowError:  # a whole number beyond the largest double
-        return False
+def is_bounded(value: Any) -> bool:
+    """Returns whether a raw value of a file is a number, finite and of `LARGEST` in magnitude at most."""
+    return isinstance(value, (int, float)) and not isinstance(value, bool) and abs(value) <= LARGEST
+
+
+def _too_large(value: Any, loc: tuple[str | int, ...]) -> Iterator[InitErrorDetails]:
+    """Yields the faults of numbers beyond `LARGEST` in a value of a section; sections in it have judged themselves."""
+    if isinstance(value, float):
+        if abs(value) > LARGEST:
+            said = fault(f"expected {LARGEST:g} in magnitude at most, got {value:g}")
+            yield InitErrorDetails(type=said, loc=loc, input=value)
+    elif isinstance(value, tuple | dict):
+        for key, each in value.items() if isinstance(value, dict) else enumerate(value):
+            yield from _too_large(each, (*loc, key))
 
 
 def values_of(*names: str) -> BeforeValidator:
@@ -66,7 +73,7 @@ def title_of(name: str) -> str:
 
 
 class Section(BaseModel):
-    """A mapping of the file: frozen, no unknown keys, no conversion between types, finite numbers only."""
+    """A mapping of the file: frozen, no unknown keys, no conversion between types, numbers of `LARGEST` at most."""
 
     model_config = ConfigDict(
         frozen=True,
@@ -82,10 +89,13 @@ class Section(BaseModel):
     def _speak_of_keys(cls, data: Any, handler: ModelWrapValidatorHandler[Self]) -> Self:
         """Says of unknown and missing keys what only the section knows: its other keys and what they mean."""
         try:
-            return handler(data)
+            section = handler(data)
         except ValidationError as error:
             problems = [cls._detail(problem) for problem in error.errors(include_url=False)]
             raise ValidationError.from_exception_data(error.title, problems, hide_input=True) from None
+        if large := list(_too_large({name: getattr(section, name) for name in cls.model_fields}, ())):
+            raise ValidationError.from_exception_data(cls.__name__, large, hide_input=True)
+        return section
 
     @classmethod
     def _detail(cls, problem: ErrorDetails) -> InitErrorDetails:

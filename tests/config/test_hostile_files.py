@@ -302,6 +302,21 @@ def test_friction_that_mujoco_takes_for_another_is_refused(given: str, friction:
     assert "friction: expected 0, or at least 1e-05, the least that MuJoCo takes, got " in line
 
 
+@pytest.mark.parametrize("number", ["1e100", "-1.7e308", "1.01e12", "9**99"])
+@pytest.mark.parametrize(
+    ("old", "new", "place"),
+    [
+        ("u_x: 0.1", "u_x: {}", "5:11: leader.input.u_x"),
+        ("u_x: 0.1", "u_x: t*({})", "5:11: leader.input.u_x"),
+        ("pose: [-1, 0, 0]", "pose: [-1, {}, 0]", "7:60: followers[0].start.pose[1]"),
+        ("kd: 6", "kd: {}", "8:31: law.kd"),
+    ],
+)
+def test_numbers_that_doubles_cannot_reckon_with_are_refused(old: str, new: str, place: str, number: str) -> None:
+    told = faults_of(CASE.replace(old, new.format(number)))
+    assert any(place in line and ("1e+12 in magnitude" in line or "at least 0" in line) for line in told), told
+
+
 @pytest.mark.parametrize("friction", ["0", "1e-5", "2e-5"])
 def test_friction_that_mujoco_takes_as_it_is_may_stand(friction: str) -> None:
     load_text(f"{CASE}physics: {{friction: {friction}}}\n")

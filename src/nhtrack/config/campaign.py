@@ -25,7 +25,7 @@ from nhtrack.config.similarity_section import SimilaritySection
 from nhtrack.config.tree import lookup
 from nhtrack.config.values import Backend, RunName
 from nhtrack.errors import did_you_mean
-from nhtrack.section import Finding, Section, fault, is_finite
+from nhtrack.section import Finding, Section, fault, is_bounded
 from nhtrack.settling import HEADING, POSITION
 
 _LABEL = re.compile(r"[A-Za-z][A-Za-z0-9_ -]{0,39}\Z")  # it names files
@@ -175,7 +175,7 @@ def campaign_findings(tree: Any, directory: FilePath, checks: Checks) -> Iterato
 
 def _arrival_findings(tree: Mapping[str, Any], clock: Clock) -> Iterator[Finding]:
     last = lookup(tree, ("arrival", "last"), Arrival.model_fields["last"].default)
-    if clock.duration is not None and is_finite(last) and last > clock.duration:
+    if clock.duration is not None and is_bounded(last) and last > clock.duration:
         yield ("arrival", "last"), f"{last:g} is longer than a run, which lasts {clock.duration:g}"
 
 

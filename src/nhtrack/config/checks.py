@@ -23,7 +23,7 @@ from nhtrack.config.tree import Path, lookup
 from nhtrack.config.video import Video, film_fault
 from nhtrack.network import network_faults
 from nhtrack.references import ReferenceInputError, input_kind
-from nhtrack.section import Finding, is_finite
+from nhtrack.section import Finding, is_bounded
 
 Checks = Callable[[Mapping[str, Any], FilePath], Iterator[Finding]]
 
@@ -105,7 +105,7 @@ class Clock:
 
 def positive(value: Any) -> float | None:
     """Returns a positive finite number as a float, anything else as None."""
-    return float(value) if is_finite(value) and value > 0 else None
+    return float(value) if is_bounded(value) and value > 0 else None
 
 
 def clock_findings(clock: Clock) -> Iterator[Finding]:

@@ -11,7 +11,7 @@ from nhtrack.config.grid import words_of
 from nhtrack.config.sweep import METRICS, MOST_RUNS, ON_WHEELS, Sweep, group_size
 from nhtrack.config.tree import Path, lookup
 from nhtrack.errors import did_you_mean
-from nhtrack.section import Finding, is_finite
+from nhtrack.section import Finding
 
 
 def sweep_findings(tree: Any, *_: object) -> Iterator[Finding]:
@@ -61,7 +61,7 @@ def _too_many(tree: Any, axes: Mapping[str, Any], sample: Any) -> Iterator[Findi
         points = math.prod(_length(axis) for axis in axes.values())
     repeats = lookup(tree, ("repeats",), 1)
     if isinstance(points, int) and isinstance(repeats, int) and points * repeats > MOST_RUNS:
-        wanted = f"{points * repeats:.3g}" if is_finite(points * repeats) else "endlessly many"
+        wanted = f"{points * repeats:.3g}" if points * repeats < 10**300 else "endlessly many"
         yield ("axes",), f"{wanted} runs; a sweep has at most {MOST_RUNS:.0e}"
 
 

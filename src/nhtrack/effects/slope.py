@@ -11,12 +11,12 @@ from pydantic import BeforeValidator, Field
 
 from nhtrack.effects.contract import Effect, RobotsAtRest
 from nhtrack.ground import Ground
-from nhtrack.section import Section, fault, is_finite
+from nhtrack.section import Section, fault, is_bounded
 from nhtrack.similarity import rounded_up
 
 
 def _no_degrees(value: Any) -> Any:
-    if is_finite(value) and 2 <= value < 90:
+    if is_bounded(value) and 2 <= value < 90:
         raise fault(f"expected less than pi/2 rad, got {value:g}; {value:g} degrees are {math.radians(value):.4g} rad")
     return value
 

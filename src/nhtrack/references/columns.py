@@ -11,6 +11,7 @@ from typing import TypeAlias
 
 from nhtrack.files.text import TextError, read_text
 from nhtrack.references.samples import increasing_faults
+from nhtrack.section import LARGEST
 
 Cell: TypeAlias = tuple[int, str]  # where it begins in its line, from one, and its text
 
@@ -149,11 +150,12 @@ def _columns(
                 continue
             column, text = cells[index]
             number = _number(text)
-            if math.isfinite(number):
+            if abs(number) <= LARGEST:
                 values[name].append(number)
                 places[name].append((line, column))
             else:
-                faults.append((line, column, f"{name} must be a finite number, got {text!r}"))
+                kind = f"{LARGEST:g} in magnitude at most" if math.isfinite(number) else "a finite number"
+                faults.append((line, column, f"{name} must be {kind}, got {text!r}"))
     for row, name, message in increasing_faults(values[names[0]], names[0]):
         faults.append((*places[name][row], message))
     if faults:

@@ -16,6 +16,7 @@ import numpy as np
 from nhtrack.errors import did_you_mean
 from nhtrack.references.contract import ReferenceInputError
 from nhtrack.references.series import ORDER, SERIES_FUNCTIONS, moment, series
+from nhtrack.section import LARGEST
 
 _KEPT, _LONGEST_KEPT = 32, 20_000  # samplings that are kept, and values of each at most
 LONGEST_EXPRESSION = 1000  # characters; keeps a hostile text from exhausting Python's parser
@@ -90,10 +91,12 @@ def _as_float(value: float) -> float:
 
 @lru_cache(_KEPT)
 def _compiled(text: str, names: frozenset[str] = frozenset()) -> tuple[CodeType, bool]:
-    """Returns the code of an expression in t and further names, and whether it speaks of t."""
+    """Returns the code that makes a function of t from an expression in t and further names, and whether it has t."""
     tree = _parse(text, names)
     timed = any(isinstance(node, ast.Name) and node.id == "t" for node in ast.walk(tree))
-    return compile(tree, "<formula>", "eval"), timed
+    given = ast.arguments(posonlyargs=[], args=[ast.arg("t")], kwonlyargs=[], kw_defaults=[], defaults=[])
+    function = ast.fix_missing_locations(ast.Expression(ast.Lambda(given, tree.body)))
+    return compile(function, "<formula>", "eval"), timed
 
 
 def _parse(text: str, names: frozenset[str]) -> ast.Expression:
@@ -192,7 +195,13 @@ class Expression:
 
     def _sample(self, times: np.ndarray) -> np.ndarray:
         of = self._function(FUNCTIONS)
-        return np.fromiter((self._value(of, instant) for instant in times.tolist()), np.float64, times.size)
+        try:
+            values = np.fromiter(map(of, times.tolist()), np.float64, times.size)
+        except (ArithmeticError, ValueError, TypeError):
+            values = np.full(times.shape, math.nan)
+        if (np.abs(values) <= LARGEST).all():
+            return values
+        return np.array([self._value(of, instant) for instant in times.tolist()])  # which tells where it has none
 
     def derivatives(self, t: np.ndarray) -> np.ndarray:
         """Returns value, first, second and third derivative at the times `t` of shape (T,), shape (T, 4).
@@ -208,13 +217,8 @@ class Expression:
 
     def _function(self, functions: Mapping[str, Callable[..., Any]]) -> Callable[[Any], Any]:
         """Returns the formula as a function of the time, which sees the given functions and the constants only."""
-        names: dict[str, Any] = {"__builtins__": {}, _FLOAT: float, **CONSTANTS, **functions}
-
-        def value(t: Any) -> Any:
-            names["t"] = t
-            return eval(self._code, names)  # of a tree in which `_parse` knows everything
-
-        return value
+        function: Callable[[Any], Any] = eval(self._code, _names(functions))  # `_parse` knows everything in it
+        return function
 
     def _terms(self, of: Callable[[Any], Any], t: float) -> tuple[float, ...]:
         terms = series(self._evaluated(of, moment(t), t)).terms
@@ -226,6 +230,8 @@ class Expression:
         value = self._evaluated(of, t, t)
         if isinstance(value, complex) or not cmath.isfinite(value):
             raise ReferenceInputError(f"{self.text!r} is {value} at t = {t:.6g}, not a finite number", t)
+        if abs(value) > LARGEST:
+            raise ReferenceInputError(f"{self.text!r} is {value:g} at t = {t:.6g}, above {LARGEST:g} in magnitude", t)
         return float(value)
 
     def _evaluated(self, of: Callable[[Any], Any], at: Any, t: float) -> Any:
@@ -233,6 +239,11 @@ class Expression:
             return of(at)
         except (ArithmeticError, ValueError, TypeError) as error:
             raise ReferenceInputError(f"{self.text!r} has no value at t = {t:.6g}: {_reason(error)}", t) from None
+
+
+def _names(more: Mapping[str, Any]) -> dict[str, Any]:
+    """Returns all that a formula sees beside the time."""
+    return {"__builtins__": {}, _FLOAT: float, **CONSTANTS, **more}
 
 
 @lru_cache(_KEPT)
@@ -267,7 +278,7 @@ def value_of(formula: str, at: Mapping[str, float]) -> float:
     """
     code, _ = _compiled(formula, frozenset(at))
     try:
-        value = eval(code, {"__builtins__": {}, _FLOAT: float, **CONSTANTS, **FUNCTIONS, **at})
+        value = eval(code, _names({**FUNCTIONS, **at}))(math.nan)
     except (ArithmeticError, ValueError, TypeError) as error:
         raise ReferenceInputError(f"{formula!r} has no value: {_reason(error)}") from None
     if isinstance(value, complex) or not cmath.isfinite(value):

@@ -9,19 +9,22 @@ from typing import Annotated, Any, TypeAlias
 from pydantic import Discriminator, Field
 
 from nhtrack.references.contract import ReferenceInputError
-from nhtrack.section import is_finite
+from nhtrack.section import is_bounded
 
 Numbers: TypeAlias = Annotated[tuple[float, ...], Field(strict=False)]
 RowFault: TypeAlias = tuple[int, str, str]  # row, counted from 0, column, and message
+
+_LEAST = 1e-9  # from one time to the next: what is divided by less has no end
 
 file_or_columns = Discriminator(lambda value: "<file>" if isinstance(value, str) else "<columns>")
 
 
 def increasing_faults(times: Sequence[float], name: str = "t") -> Iterator[RowFault]:
-    """Yields row, column and message of each time that is not later than the one before it."""
+    """Yields row, column and message of each time that is not later, by `_LEAST`, than the one before it."""
     for row, (before, now) in enumerate(pairwise(times), start=1):
-        if now <= before:
-            yield row, name, f"times must increase, got {now:.10g} after {before:.10g}"
+        if now - before < _LEAST:
+            least = "" if now <= before else f" by {_LEAST:g} at least"
+            yield row, name, f"times must increase{least}, got {now:.10g} after {before:.10g}"
 
 
 def require_rows(columns: Mapping[str, Sequence[float]]) -> None:
@@ -35,7 +38,7 @@ def number_columns(given: Any, names: tuple[str, ...]) -> dict[str, list[float]]
     if not isinstance(given, Mapping):
         return None
     columns = {name: given.get(name) for name in names}
-    sound = all(isinstance(column, (list, tuple)) and all(map(is_finite, column)) for column in columns.values())
+    sound = all(isinstance(column, (list, tuple)) and all(map(is_bounded, column)) for column in columns.values())
     return {name: list(column) for name, column in columns.items()} if sound else None  # type: ignore[arg-type]
 
 

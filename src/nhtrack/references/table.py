@@ -11,7 +11,7 @@ import numpy as np
 from pydantic import Field
 
 from nhtrack.references.contract import InputSection, Reference, ReferenceInputError
-from nhtrack.section import Finding, Section, is_finite
+from nhtrack.section import Finding, Section, is_bounded
 
 Interpolation: TypeAlias = Literal["previous", "linear"]
 LATE_START = "the first row is at t = {:g}; a table starts at 0 or before"
@@ -102,7 +102,7 @@ class TableInput(InputSection):
         """Yields columns that do not match, times out of order, rows missing at the beginning."""
         table = given["table"]
         columns: list[Any] = [table.get(name) for name in ("t", "u_x", "u_theta")] if isinstance(table, Mapping) else []
-        if not columns or not all(isinstance(c, list) and c and all(map(is_finite, c)) for c in columns):
+        if not columns or not all(isinstance(c, list) and c and all(map(is_bounded, c)) for c in columns):
             return  # the section's own fault, told by its model
         t, *accelerations = columns
         try:
