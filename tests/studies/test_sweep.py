@@ -20,8 +20,8 @@ from nhtrack.execution import Processes, serial
 from nhtrack.experiment.load import LOADER, load, load_sweep
 from nhtrack.studies.run.result import Outcome
 from nhtrack.studies.sweep.account import SweepError
-from nhtrack.studies.sweep.drawn import MOST_RUNS_SHOWN, shown_rows
-from nhtrack.studies.sweep.front import all_fronts
+from nhtrack.studies.sweep.drawn import MOST_RUNS_SHOWN, drawn, shown_rows
+from nhtrack.studies.sweep.front import all_fronts, pareto_rows
 from nhtrack.studies.sweep.indices import sobol_indices
 from nhtrack.studies.sweep.look import ticks_of
 from nhtrack.studies.sweep.parts import FAILED, LOST_RUN, Part, part_rows
@@ -279,33 +279,38 @@ def test_repetitions_without_anything_random_are_told(tmp_path: Path) -> None:
     assert "repeats: nothing is random without `noise`" in told.stderr
 
 
-def saltelli(folder: Path, more: str = "") -> SweepResults:
-    """Returns a sweep of which nothing has been run, over three axes of different distributions."""
-    text = f"""\
+def not_run(folder: Path, text: str) -> SweepResults:
+    """Returns the results of a sweep of a text whose table has no metrics yet."""
+    plan = plan_of(sweep_of(folder, text))
+    table = plan.labels(np.arange(plan.sweep.runs))
+    table["outcome"] = "completed"
+    return SweepResults(plan.sweep, plan.base, table, plan.sweep.metrics or (), folder)
+
+
+SHARES = """\
 name: shares
 base: tour/hello
 axes:
-  law.kp: {{uniform: [1, 2]}}
-  law.kd: {{log_uniform: [0.1, 10]}}
-  law.ke: {{normal: [5, 0.5]}}
-sample: {{method: saltelli, count: 1024, seed: 3}}
+  law.kp: {uniform: [1, 2]}
+  law.kd: {log_uniform: [0.1, 10]}
+  law.ke: {normal: [5, 0.5]}
+sample: {method: saltelli, count: 1024, seed: 3}
 metrics: [path_length, effort_x]
-{more}"""
-    plan = plan_of(sweep_of(folder, text))
-    table = plan.labels(np.arange(plan.sweep.runs))
-    return SweepResults(plan.sweep, plan.base, table, plan.sweep.metrics or (), folder)
+repeats: 2
+"""
 
 
 def test_sobol_indices_are_those_of_functions_whose_shares_are_known(tmp_path: Path) -> None:
     """Ishigami and Homma's function (1990), a = 7 and b = 0.1, and a sum, both of the axes' own distributions."""
-    drawn = saltelli(tmp_path)
-    table = drawn.runs
+    results = not_run(tmp_path, SHARES)
+    table = results.runs
     u, v, w = table["law.kp"] - 1, (np.log10(table["law.kd"]) + 1) / 2, norm.cdf(table["law.ke"], 5, 0.5)
     x, y, z = (2 * np.pi * np.asarray(each) - np.pi for each in (u, v, w))
     table["path_length"] = np.sin(x) + 7 * np.sin(y) ** 2 + 0.1 * z**4 * np.sin(x)
     table["effort_x"] = u * np.sqrt(12) + 2 * v * np.sqrt(12) + 2 * 2 * (table["law.ke"] - 5)  # variances 1, 4, 4
-    table["outcome"] = "completed"
-    found = sobol_indices(drawn).set_index(["metric", "axis"])
+    apart = np.random.default_rng(0).uniform(0, 9, len(table) // 2).repeat(2)  # of repetitions the mean counts
+    table["path_length"] += np.where(table["repeat"] == 0, apart, -apart)
+    found = sobol_indices(results).set_index(["metric", "axis"])
     ishigami, added = found.loc["path_length"], found.loc["effort_x"]
     np.testing.assert_allclose(ishigami["S1"], [0.3139, 0.4424, 0.0], atol=0.03)
     np.testing.assert_allclose(ishigami["ST"], [0.5576, 0.4424, 0.2437], atol=0.03)
@@ -313,13 +318,14 @@ def test_sobol_indices_are_those_of_functions_whose_shares_are_known(tmp_path: P
     np.testing.assert_allclose(added["ST"], np.array([1, 4, 4]) / 9, atol=0.03)
     assert (found[["S1_conf", "ST_conf"]] < 0.15).all(axis=None)
     table.loc[7, "path_length"] = np.nan
-    whole = sobol_indices(drawn).set_index(["metric", "axis"])
+    whole = sobol_indices(results).set_index(["metric", "axis"])
     assert list(whole["left_out"]) == [1, 1, 1, 0, 0, 0]
     np.testing.assert_allclose(whole["S1"], found["S1"], atol=0.01)
 
 
 def test_a_front_has_the_runs_that_no_other_beats() -> None:
-    values = np.random.default_rng(0).integers(0, 12, (200, 3)).astype(float)
+    values = np.random.default_rng(0).integers(0, 30, (2000, 3)).astype(float)
+    values = values[values.sum(axis=1) > 60]  # far from the corner where all are best
     values[3:20, 1] = np.nan
     table = pd.DataFrame(values, columns=["a", "b", "c"])
     for (one, other), rows in all_fronts(table, ["a", "b", "c"]):
@@ -330,6 +336,9 @@ def test_a_front_has_the_runs_that_no_other_beats() -> None:
         ]
         best = {(a, b) for a, b, lost in zip(x, y, beaten, strict=True) if not lost}
         assert [(x[row], y[row]) for row in rows] == sorted(best)
+        assert len(rows) > 3
+        shuffled = np.random.default_rng(1).permutation(len(x))
+        assert [(x[shuffled][row], y[shuffled][row]) for row in pareto_rows(x[shuffled], y[shuffled])] == sorted(best)
 
 
 def test_a_sweep_whose_files_have_changed_is_not_gone_on_with(tmp_path: Path) -> None:
@@ -386,10 +395,39 @@ pareto: [[effort_x, late_position_error]]
         assert [f"{key}={held[key]}" for key in data["again"]["order"]] == plan.changes(row)
     assert [metric["name"] for metric in data["metrics"]] == ["late_position_error", "effort_x"]
     assert data["pairs"] == [[1, 0]]
+    begin = "nhtrack run paper/example1 --set duration=0.1 --set leader.virtual=true --set backend=ideal"
+    assert data["again"]["prefix"] == begin
     files = {path.name for path in (tmp_path / "out" / "extremes").iterdir()}
     assert {"smallest_effort_x.yaml", "largest_late_position_error.yaml"} <= files
     run, named = next((int(run), named) for run, named in data["files"].items() if "largest_effort_x" in named)
     assert load(tmp_path / "out" / named) == LOADER.load_tree(plan.tree, overrides=plan.changes(run))
+
+
+@pytest.mark.parametrize("numbers", [10**6, 1])  # that maps may have: a cell for each value, or for some of them
+def test_a_cell_of_a_page_is_called_after_the_runs_in_it(
+    numbers: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("nhtrack.studies.sweep.drawn._CELL_NUMBERS", numbers)
+    text = """\
+name: cells
+base: tour/hello
+axes: {law.kp: {from: 1, to: 2, count: 20}, law.kd: [3, 1, 2], law.ke: {from: 1, to: 9, count: 11}}
+repeats: 2
+metrics: [path_length, effort_x]
+"""
+    results = not_run(tmp_path, text)
+    table = results.runs
+    table["path_length"], table["effort_x"] = np.random.default_rng(0).uniform(1, 2, (2, len(table)))
+    maps = drawn(results).data["maps"]
+    assert [each["axes"] for each in maps] == [[0, 1], [0, 2], [1, 2]]
+    for each in maps:
+        places = np.divmod(each["runs"], len(each["columns"]))
+        for i, place, names in zip(each["axes"], places, (each["rows"], each["columns"]), strict=True):
+            values, bounds = table[list(results.sweep.axes)[i]], [name.partition(" to ") for name in names]
+            for value, (low, _, high) in zip(values, (bounds[k] for k in place), strict=True):
+                assert float(low) - 1e-3 <= value <= float(high or low) + 1e-3
+        medians = table["path_length"].groupby(list(places)).median()
+        np.testing.assert_allclose(np.ravel(each["values"][0]), medians.to_numpy(), rtol=1e-3)
 
 
 def test_what_is_left_out_of_a_page_is_drawn_at_random_but_for_extremes_and_fronts() -> None:

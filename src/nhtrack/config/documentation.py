@@ -242,7 +242,8 @@ _FORMULAS = """## Formulas
 
 Where a formula is allowed, it is arithmetic in {constants} with `+ - * / // % **`, comparisons (chained ones
 too), `and`, `or`, `not`, `a if condition else b`, `where(condition, a, b)` and the functions {functions}. It
-is asked at the middle of every control period, in scenario time, and must be finite there.
+is asked at the middle of every control period, in scenario time, and must be 1e12 in magnitude at most there, as
+all numbers of a file.
 """
 
 
