@@ -198,6 +198,8 @@ def test_lengths_stand_beside_shares() -> None:
     assert "off by at most 45 mm (50 % of its track width) and 100 mrad." in text
     wide = follower(settling_time=None, late_position_error=0.18)
     assert "180 mm (2 times its track width)" in " ".join(run_verdicts(plain() | wide, run))
+    none = follower(settling_time=20.0, late_position_error=1e-14)
+    assert "at most 0 m (0 % of its track width)" in " ".join(run_verdicts(plain() | none, run))
 
 
 def test_sentences_know_sizes_and_roots_from_the_recording() -> None:

@@ -54,8 +54,8 @@ def degrees(value: float) -> str:
 
 
 def share(value: float) -> str:
-    """Returns a share in per cent."""
-    return f"{100 * value:.3g} %"
+    """Returns a share in per cent; of what rounding leaves none."""
+    return f"{100 * value:.3g} %" if abs(value) >= _FEWEST else "0 %"
 
 
 def percent(share: float) -> str:

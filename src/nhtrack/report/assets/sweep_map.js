@@ -44,6 +44,9 @@ function powers(values) {
   return {tickvals: shown, ticktext: shown.map((place) => String(Number((10 ** place).toPrecision(1))))};
 }
 
+// Cells stand apart where they are few: lines between many would hide them.
+const gap = (cells) => (cells.length > 40 ? 0 : 1);
+
 function heat() {
   const [map, place] = [maps[Number(choose.pair.value)], Number(choose.metric.value)];
   const {factors, unit} = metrics[place];
@@ -55,7 +58,8 @@ function heat() {
   field('map-told').textContent = known.length ? some : 'No run on this page has these values.';
   const [up, across] = map.axes.map((each) => axes[each].key);
   const trace = {
-    type: 'heatmap', z: bent, colorscale: SCALE, hoverongaps: false, xgap: 1, ygap: 1,
+    type: 'heatmap', z: bent, colorscale: SCALE, hoverongaps: false,
+    xgap: gap(map.columns), ygap: gap(map.rows),
     text: values.map((line, high) => line.map((value, wide) => `${up} ${map.rows[high]}<br>`
       + `${across} ${map.columns[wide]}<br>${figure(value, unit)}`)),
     hovertemplate: '%{text}<extra></extra>',
