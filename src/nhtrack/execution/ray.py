@@ -43,7 +43,8 @@ class Ray(Executor):
     """Does tasks by Ray, one on each of its processors.
 
     What is not connected to Ray yet is connected when the first task is done, and stays so until the process ends or
-    tasks are given up, which ends those that are running.
+    tasks are given up, which ends those that are running. Over a connection of the caller's own they are done all the
+    same.
 
     Attributes:
         address: of a cluster that this machine belongs to, `host:port` or `auto`; RAY_ADDRESS by default. Without any,
