@@ -168,7 +168,7 @@ def test_init_writes_a_scenario_that_runs_under_its_own_name(tmp_path: Path) -> 
     assert result.exit_code == 0
     assert "nhtrack run mine.yaml" in result.stdout
     assert load("mine.yaml").name == "mine"
-    assert load("mine.yaml").law.name == "universal"  # which arrives from everywhere
+    assert load("mine.yaml").law.name == "agile"  # which arrives from everywhere
     assert (tmp_path / "mine.yaml").read_text().count("#") > 10
 
 

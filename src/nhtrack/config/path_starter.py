@@ -40,8 +40,8 @@ followers:
     parents: [leader]        # whom it tracks
     start: {{pose: {pose}}}  # x, y, theta: behind the leader, on its left
 
-# `universal` follows leaders that drive, stop, reverse and park; `field_speed` is how fast it closes in.
-law: {{name: universal, field_speed: {field:.3g}}}
+# `agile` follows leaders that drive, stop, reverse and park; `field_speed` is how fast it closes in.
+law: {{name: agile, field_speed: {field:.3g}}}
 """
 
 

@@ -22,9 +22,9 @@ _TURNING = 0.5  # [rad/s] at most
 _BEFORE_LAW = "# The tracking law"  # begins what the bundled scenario says of its own
 _BUNDLED_FIELD = 0.16  # [m/s] of the bundled robot, whose leader drives at 0.2
 _LAW = """\
-# `universal` follows leaders that drive, stop, reverse and park, from wherever a follower starts. Wheels may use that
+# `agile` follows leaders that drive, stop, reverse and park, from wherever a follower starts. Wheels may use that
 # share of their friction; the limits of motion are found from the model of the robot (`nhtrack inspect` shows them).
-law: {{name: universal, field_speed: {field:.3g}, limits: {{utilisation: {utilisation:g}{speed}}}}}
+law: {{name: agile, field_speed: {field:.3g}, limits: {{utilisation: {utilisation:g}{speed}}}}}
 """
 
 
