@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -125,12 +126,17 @@ def test_validate_warns_and_is_strict_if_asked(tmp_path: Path) -> None:
         assert invoke("validate", name, "--set", "name=a/b").exit_code == 2
 
 
-def test_validate_tells_that_ground_and_motors_leave_no_limits(tmp_path: Path) -> None:
-    text = assets.find_scenario("tour/universal").read_text() + "physics: {friction: 0}\n"
-    (tmp_path / "mine.yaml").write_text(text)
-    result = invoke("validate", "mine.yaml")
-    assert result.exit_code == 2
-    assert result.stderr.startswith("mine.yaml: infeasible: ")
+def test_validate_tells_that_ground_and_motors_leave_no_limits_and_what_friction_would(tmp_path: Path) -> None:
+    def infeasible(friction: float) -> str:
+        result = invoke("validate", "tour/universal", "--set", f"physics.friction={friction:.10f}")
+        assert result.exit_code == (2 if "infeasible" in result.stderr else 0)
+        return result.stderr if result.exit_code else ""
+
+    told = infeasible(0.0)
+    assert told.startswith("tour/universal: infeasible: ")
+    (enough,) = re.findall(r"fits a floor without friction; (\S+) would do", told)
+    assert f"{enough} would do" in infeasible(0.98 * float(enough))
+    assert not infeasible(1.02 * float(enough))
 
 
 def test_a_run_warns_of_its_leader_before_it_starts_and_does_not_repeat_it() -> None:

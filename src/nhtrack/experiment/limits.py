@@ -114,11 +114,14 @@ def _no_room(
     drive: DiffDrive, ground: Ground, utilisation: float, limits: tuple[float, float, float, float]
 ) -> str:
     """Returns why not even these limits, next to none, fit, and what would make them fit."""
-    used, _ = _asked(drive, ground, limits)
+    asked, _ = _asked(drive, replace(ground, friction=1.0), limits)
     none = f"at {limits[0]:.3g} m/s no turn and no acceleration, however small, fits"
-    if used > utilisation:
+    if asked > utilisation * ground.friction:
+        enough = f"{asked / utilisation:.3g} would do"
+        if ground.friction == 0:
+            return f"{none} a floor without friction; {enough}"
         return (
-            f"{none} the floor: wheels ask for {used:.3g} times its friction {ground.friction:g}, of which the share "
-            f"{utilisation:g} may be used; {ground.friction * used / utilisation:.3g} would do"
+            f"{none} the floor: wheels ask for {asked / ground.friction:.3g} times its friction {ground.friction:g}, "
+            f"of which the share {utilisation:g} may be used; {enough}"
         )
     return f"{none} the motors; a lower speed than that asks them for less"
