@@ -6,8 +6,8 @@ PYTHON ?= $(firstword $(foreach name,python3 python3.14 python3.13 python3.12 py
 PIP    := $(BIN)/python -m pip --disable-pip-version-check --quiet
 APT    := DEBIAN_FRONTEND=noninteractive apt-get -qq -o Dpkg::Use-Pty=0 >/dev/null
 INPUTS := pyproject.toml constraints.txt
-# A process for each core; a file's tests stay together, because they share what is slow to make.
-PARALLEL := -n logical --dist loadfile
+# A process for each core; a file's tests stay together, because they share what is slow to make, in our own order.
+PARALLEL := -n logical --dist loadfile --no-loadscope-reorder
 # Every worker of pytest and every command that a test starts would read all sources anew.
 unexport PYTHONDONTWRITEBYTECODE
 
