@@ -12,7 +12,7 @@ from nhtrack.studies.sweep.result import SweepResults
 
 _FEWEST = 8  # groups from which indices are reckoned
 _RESAMPLES, _FEWEST_RESAMPLES, _RESAMPLED = 100, 20, 3e6  # of the groups, for the intervals; groups of all of them
-NEED = "Sobol indices need `sample: {method: saltelli, count: ...}`"
+NEED = "Sobol indices need sample: {method: saltelli, count: ...}"
 
 
 def sobol_indices(results: SweepResults) -> pd.DataFrame:
