@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import Annotated, Any, Self, TypeAlias
 
 from pydantic import (
@@ -45,15 +45,17 @@ def is_bounded(value: Any) -> bool:
     return isinstance(value, (int, float)) and not isinstance(value, bool) and abs(value) <= LARGEST
 
 
-def _too_large(value: Any, loc: tuple[str | int, ...]) -> Iterator[InitErrorDetails]:
-    """Yields the faults of numbers beyond `LARGEST` in a value of a section; sections in it have judged themselves."""
-    if isinstance(value, float):
-        if abs(value) > LARGEST:
-            said = fault(f"expected {LARGEST:g} in magnitude at most, got {value:g}")
-            yield InitErrorDetails(type=said, loc=loc, input=value)
-    elif isinstance(value, tuple | dict):
-        for key, each in value.items() if isinstance(value, dict) else enumerate(value):
-            yield from _too_large(each, (*loc, key))
+def _too_large(values: Iterable[tuple[Any, Any]], *loc: str | int) -> Iterator[InitErrorDetails]:
+    """Yields the faults of numbers beyond `LARGEST` in values by their keys; sections judge themselves."""
+    for key, value in values:
+        if isinstance(value, float):
+            if abs(value) > LARGEST:
+                said = fault(f"expected {LARGEST:g} in magnitude at most, got {value:g}")
+                yield InitErrorDetails(type=said, loc=(*loc, key), input=value)
+        elif isinstance(value, tuple):
+            yield from _too_large(enumerate(value), *loc, key)
+        elif isinstance(value, dict):
+            yield from _too_large(value.items(), *loc, key)
 
 
 def values_of(*names: str) -> BeforeValidator:
@@ -93,7 +95,7 @@ class Section(BaseModel):
         except ValidationError as error:
             problems = [cls._detail(problem) for problem in error.errors(include_url=False)]
             raise ValidationError.from_exception_data(error.title, problems, hide_input=True) from None
-        if large := list(_too_large({name: getattr(section, name) for name in cls.model_fields}, ())):
+        if large := list(_too_large((name, getattr(section, name)) for name in cls.model_fields)):
             raise ValidationError.from_exception_data(cls.__name__, large, hide_input=True)
         return section
 

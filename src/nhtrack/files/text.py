@@ -21,6 +21,11 @@ class TextError(ValueError):
         self.reason, self.line, self.column = reason, line, column
         super().__init__(reason)
 
+    @property
+    def place(self) -> str:
+        """What stands behind the file's name: `:line:column`, nothing where it is the whole file."""
+        return f":{self.line}:{self.column}" if self.line else ""
+
 
 def exists(path: Path) -> bool:
     """Returns whether there is something of a name, which need not be one that a file can have."""

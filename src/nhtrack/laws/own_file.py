@@ -31,8 +31,7 @@ def read_source(path: str | Path) -> tuple[Path, str]:
     try:
         return file, text_of(read_bytes(file, _MOST_BYTES))  # its hash is that of the file: line ends stay
     except TextError as error:
-        where = f"{file}:{error.line}:{error.column}" if error.line else f"{file}"
-        raise LawError(f"{where}: {error}") from error
+        raise LawError(f"{file}{error.place}: {error}") from error
 
 
 def import_source(file: Path, source: str) -> ModuleType:

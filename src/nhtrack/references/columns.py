@@ -112,7 +112,7 @@ def text_lines(path: Path) -> list[str]:
     try:
         return read_text(path, _MOST_BYTES).removesuffix("\n").split("\n")  # form feeds do not end a line for editors
     except TextError as error:
-        place = f"{path.name}:{error.line}:{error.column}" if error.line else str(path)
+        place = f"{path.name}{error.place}" if error.line else str(path)
         raise FileFaults([f"{place}: {error.reason}"]) from None
 
 

@@ -85,7 +85,7 @@ def _text(path: Path, file: Path) -> str:
     try:
         return read_text(path, _MOST_BYTES)
     except TextError as error:
-        at = f":{error.line}:{error.column}" if error.line and path == file else ""
+        at = error.place if path == file else ""
         what = "" if path == file else f"includes {path}, which "
         raise RobotError(f"{file}{at}: {what}{'cannot be read: ' if path == file else ''}{error.reason}") from None
 
