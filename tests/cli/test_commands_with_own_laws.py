@@ -112,7 +112,7 @@ def test_compare_and_a_campaign_in_workers() -> None:
     assert load("runs/campaign-mine/worst/mine.yaml").law.k_x == account["gains"]["k_x"]
     with open("my_law.py", "a", encoding="utf-8") as law:
         law.write("# changed\n")
-    assert "another text of a law's file" in nhtrack("campaign", "mine.yaml", *quiet, code=1).output
+    assert "my_law.py has changed" in nhtrack("campaign", "mine.yaml", *quiet, code=2).output
 
 
 @pytest.mark.slow

@@ -14,6 +14,7 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import closing, suppress
+from functools import partial
 from pathlib import Path
 
 import pandas as pd
@@ -277,6 +278,34 @@ def test_other_studies_come_to_the_same_on_a_cluster(cluster: Ray, tmp_path: Pat
     assert run_suite(wanted, executor=serial) == run_suite(wanted, executor=cluster)
     made = reproduce(examples_of([1]), tmp_path / "paper", backend="ideal", report=False, executor=cluster)
     assert (tmp_path / "paper" / "recordings" / "example1-ideal.nc") in made
+
+
+def test_a_machine_that_has_none_of_the_users_files_works_with_copies(
+    cluster: Ray, folder: Path, tmp_path: Path
+) -> None:
+    if subprocess.run(["unshare", "-m", "mount", "-t", "tmpfs", "none", str(tmp_path)], check=False).returncode:
+        pytest.skip("no file system of its own for a process here")
+    sweep, before = sweep_in(folder), cluster.workers
+    start = [sys.executable, "-m", "ray.scripts.scripts", "start", "--address", str(cluster.address), "--block"]
+    start += ["--num-cpus=1", f"--object-store-memory={STORE}"]
+    hides = ["unshare", "-m", "sh", "-c", 'mount -t tmpfs none "$0" && exec "$@"', str(folder)]
+    with (tmp_path / "said").open("w") as said:
+        machine = subprocess.Popen([*hides, *start], stdout=said, stderr=said)
+    try:
+        until = time.monotonic() + 3 * PATIENCE
+        while cluster.workers == before:
+            assert time.monotonic() < until, (tmp_path / "said").read_text()
+            time.sleep(0.1)
+        found = cluster.everywhere(partial(os.path.exists, str(folder / "law.py")))
+        assert sorted(there for _, there in found) == [False, *[True] * before]
+        done = run_sweep(sweep, folder.parent / "by copies", executor=cluster)
+        same(done.runs, table(folder / "serial"))
+    finally:
+        machine.terminate()
+        machine.wait()
+        until = time.monotonic() + 3 * PATIENCE
+        while cluster.workers > before and time.monotonic() < until:
+            time.sleep(0.1)
 
 
 def test_a_driver_that_is_killed_goes_on_and_leaves_nobody_behind(

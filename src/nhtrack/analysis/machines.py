@@ -1,28 +1,30 @@
-"""Machines that work for this one: what has to be the same there, asked before anything is run."""
+"""Machines that work for this one: files are sent along, and what else has to be the same is asked beforehand."""
 
 from __future__ import annotations
 
 import hashlib
 import os
 import tempfile
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import nullcontext
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import mujoco
-import numpy as np
-
-from nhtrack.errors import NhtrackError, RefusedError
+from nhtrack.analysis.sources import files_read, fingerprint, is_file_name, sources_in
+from nhtrack.assets import models_directory, scenarios_directory
+from nhtrack.errors import RefusedError
 from nhtrack.execution import Executor
+from nhtrack.execution.contract import Done, Result, Task
 from nhtrack.experiment.compile import compile_once
+from nhtrack.files.carried import Carried, carried
 from nhtrack.files.temporary import made_folder, temporary_folder
+from nhtrack.laws import LawError, law_in
 from nhtrack.recording.versions import versions
-from nhtrack.robots.contract import is_robot_file
-from nhtrack.simulation.robot_models import load_robot
 
 _PACKAGE = Path(__file__).parents[1]
+_MOST_SENT = 5e7  # bytes of files: Ray's object stores are kept small
 
 
 class MachineError(RefusedError):
@@ -32,43 +34,96 @@ class MachineError(RefusedError):
 class _Facts(NamedTuple):
     """What has to be the same on all machines."""
 
-    sources: str
+    package: str
     versions: Mapping[str, str]
-    files: Mapping[str, str]
+    sources: Mapping[str, str]
+    faults: tuple[str, ...]
 
 
-def require_machines(executor: Executor, folder: Path | None, *trees: Any) -> None:
-    """Raises where a machine that does tasks would do something else than this one, or could not keep it.
+@dataclass(frozen=True)
+class _Sending(Executor):
+    """Does tasks by another executor, with copies of files of this machine.
+
+    Attributes:
+        executor: the other.
+        files: the copies.
+    """
+
+    executor: Executor
+    files: Carried
+
+    @property
+    def workers(self) -> int:
+        """How many tasks the other does at once."""
+        return self.executor.workers
+
+    @property
+    def elsewhere(self) -> bool:
+        """Whether the other works elsewhere."""
+        return self.executor.elsewhere
+
+    def __call__(self, tasks: Sequence[Task], work: Callable[[Task], Result]) -> Done[Result]:
+        """Does tasks by the other; see `Executor`."""
+        return self.executor(tasks, partial(_with, self.files, work))
+
+    def survived(self, tasks: Sequence[Task], work: Callable[[Task], Result]) -> Done[bool]:
+        """Does tasks by the other; see `Executor`."""
+        return self.executor.survived(tasks, partial(_with, self.files, work))
+
+    def everywhere(self, work: Callable[[], Result]) -> list[tuple[str, Result]]:
+        """Returns what each machine of the other answers; see `Executor`."""
+        return self.executor.everywhere(partial(_with, self.files, work))
+
+
+def _with(files: Carried, work: Callable[..., Result], *tasks: Any) -> Result:
+    with files.here():
+        return work(*tasks)
+
+
+def ready(executor: Executor, folder: Path | None, *trees: Any) -> Executor:
+    """Returns what does tasks as this machine would: with the files that trees name, where it works elsewhere.
 
     Each machine compiles beforehand what is not compiled there.
 
     Args:
         executor: what is going to do tasks.
         folder: where tasks write, which all machines share; None where they do not.
-        *trees: plain trees that may name files of laws and robots, by their full paths.
+        *trees: plain trees that may name files of laws and robots, and tables, by their full paths.
 
     Raises:
-        MachineError: everything that is not the same, by machine.
+        MachineError: everything that is not the same, by machine: it would do something else than this one, or could
+            not keep it.
     """
     if not executor.elsewhere:
-        return
-    files = tuple(sorted({file for tree in trees for file in files_in(tree)}))
+        return executor
+    sources = tuple(sorted({source for tree in trees for source in sources_in(tree)}))
+    sent = _copies(sources)
+    executor = executor if sent is None else _Sending(executor, sent)
     with nullcontext() if folder is None else made_folder(folder):  # which is no longer there where it is refused
         with nullcontext(None) if folder is None else temporary_folder(folder.absolute()) as shared:
-            answers = executor.everywhere(partial(_look, files, shared))
-        here, found = _facts(files), list[str]()
+            answers = executor.everywhere(partial(_look, sources, shared))
+        here, found = _facts(sources), list[str]()
         for machine, (facts, writes) in answers:
-            found += [f"{machine}: {fault}" for fault in _faults(here, facts)]
+            found += [f"{machine}: {fault}" for fault in _faults(here, facts, sent is not None)]
             if not writes:
                 found.append(f"{machine}: cannot write into {folder}, which all machines share (docs/scaling.md)")
         if found:
             raise MachineError("\n".join(found))
+    return executor
 
 
-def _look(files: tuple[str, ...], shared: Path | None) -> tuple[_Facts, bool]:
+def _copies(sources: Sequence[str]) -> Carried | None:
+    """Returns copies of all files that are read; None of none, and of too much."""
+    read = {file for source in sources for file in files_read(source) if os.access(file, os.R_OK)}
+    if not read or sum(file.stat().st_size for file in read) > _MOST_SENT:
+        return None
+    return carried(read)
+
+
+def _look(sources: tuple[str, ...], shared: Path | None) -> tuple[_Facts, bool]:
     """Returns what a machine has, and whether it can write into the folder that all share."""
     compile_once(None)
-    return _facts(files), shared is None or _can_write(shared)
+    return _facts(sources), shared is None or _can_write(shared)
 
 
 def _can_write(folder: Path) -> bool:
@@ -81,57 +136,43 @@ def _can_write(folder: Path) -> bool:
     return True
 
 
-def _facts(files: tuple[str, ...]) -> _Facts:
-    return _Facts(_sources(), versions(), {file: fingerprint(file) for file in files})
+def _facts(sources: tuple[str, ...]) -> _Facts:
+    told = {fault for source in sources for fault in _law_faults(source)}
+    return _Facts(_package(), versions(), {source: fingerprint(source) for source in sources}, tuple(sorted(told)))
 
 
-def _faults(here: _Facts, there: _Facts) -> Iterator[str]:
-    """Yields what another machine has otherwise."""
-    if there.sources != here.sources:
+def _law_faults(source: str) -> Iterator[str]:
+    """Yields why a law of the user's own cannot be used here, such as that what it imports is not installed."""
+    if source.endswith(".py") and fingerprint(source):
+        try:
+            law_in(source)
+        except LawError as error:
+            yield from str(error).splitlines()
+
+
+def _faults(here: _Facts, there: _Facts, sent: bool) -> Iterator[str]:
+    """Yields what another machine has otherwise, though files may have been sent there."""
+    if there.package != here.package:
         yield "has other sources of nhtrack; install the same wheel there"
     for name, version in here.versions.items():
         if there.versions.get(name) != version:
             yield f"has {name} {there.versions.get(name, 'none')}, this machine has {version}"
-    for file, fingerprint in here.files.items():
-        if there.files[file] != fingerprint:
-            yield f"{file} is {'not there' if not there.files[file] else 'another there'}"
+    for source, known in here.sources.items():
+        if there.sources[source] == known:
+            continue
+        told = f"{source} is {'another' if there.sources[source] else 'not'} there"
+        if not is_file_name(source):
+            yield f"law {told}; install the same package there"
+        else:
+            small = f"more than {_MOST_SENT / 1e6:g} MB in all are not sent along"
+            yield f"{told}: {'its copy does not find files by full paths; name them relative to it' if sent else small}"
+    yield from (fault for fault in there.faults if fault not in here.faults)
 
 
-def _sources() -> str:
-    """Returns a hash of all of the package's modules."""
+def _package() -> str:
+    """Returns a hash of all of the package's modules, and of the robots and scenarios that come with it."""
     digest = hashlib.sha256()
-    for file in sorted(_PACKAGE.rglob("*.py")):
-        digest.update(file.relative_to(_PACKAGE).as_posix().encode() + b"\0" + file.read_bytes() + b"\0")
+    for folder, files in ((_PACKAGE, "*.py"), (models_directory(), "*.xml"), (scenarios_directory(), "*.yaml")):
+        for file in sorted(each for each in folder.rglob(files) if "__pycache__" not in each.parts):
+            digest.update(file.relative_to(folder).as_posix().encode() + b"\0" + file.read_bytes() + b"\0")
     return digest.hexdigest()
-
-
-def files_in(tree: Any) -> Iterator[str]:
-    """Yields the files that a plain tree names by their full paths."""
-    if isinstance(tree, Mapping):
-        for value in tree.values():
-            yield from files_in(value)
-    elif isinstance(tree, list | tuple):
-        for value in tree:
-            yield from files_in(value)
-    elif isinstance(tree, str) and os.path.isabs(tree) and "\0" not in tree and os.path.exists(tree):
-        yield tree
-
-
-def fingerprint(file: str) -> str:
-    """Returns a hash of a file that runs depend on, of a robot's as it is compiled, meshes and all; empty of none."""
-    try:
-        if is_robot_file(file) and not file.endswith(".py"):
-            return _compiled(load_robot(file).mjcf)
-    except (NhtrackError, OSError, ValueError):
-        pass  # read with hints only
-    try:
-        return hashlib.sha256(Path(file).read_bytes()).hexdigest()
-    except OSError:
-        return ""
-
-
-def _compiled(mjcf: str) -> str:
-    model = mujoco.MjModel.from_xml_string(mjcf)
-    buffer = np.empty(mujoco.mj_sizeModel(model), np.uint8)
-    mujoco.mj_saveModel(model, None, buffer)
-    return hashlib.sha256(buffer.tobytes()).hexdigest()

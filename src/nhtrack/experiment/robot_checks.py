@@ -18,6 +18,7 @@ from nhtrack.config.tree import Path, lookup
 from nhtrack.effects import Effect, RobotsAtRest, Setting, effects_of
 from nhtrack.errors import RobotError, did_you_mean
 from nhtrack.experiment.driven import patches_met
+from nhtrack.files.carried import read_at
 from nhtrack.files.text import exists
 from nhtrack.robots.contract import Hints, is_robot_file
 from nhtrack.section import Finding
@@ -42,7 +43,7 @@ def robot_findings(tree: Mapping[str, Any], directory: FilePath) -> Iterator[Fin
         yield from _findings(_effects_in(tree), robot, at)
     elif not is_robot_file(robot.file):
         yield at, f"no robot {robot.file!r}; {did_you_mean(robot.file, assets.robots())}, or the path of a robot's file"
-    elif not exists(directory / robot.file):
+    elif not exists(read_at(directory / robot.file)):
         yield at, f"no robot file {str(directory / robot.file)!r}"
     else:
         yield from _findings(_effects_in(tree), robot.model_copy(update={"file": str(directory / robot.file)}), at)

@@ -9,6 +9,7 @@ from pathlib import Path
 from types import ModuleType
 
 from nhtrack.errors import RefusedError
+from nhtrack.files.carried import read_at
 from nhtrack.files.text import TextError, exists, read_bytes, text_of
 
 _MOST_BYTES = 10**6
@@ -25,11 +26,12 @@ def read_source(path: str | Path) -> tuple[Path, str]:
     Raises:
         LawError: no such file, or no text.
     """
-    if not exists(Path(path)):
+    at = read_at(Path(path))
+    if not exists(at):
         raise LawError(f"{path}: no such file")
     file = Path(path).resolve()
     try:
-        return file, text_of(read_bytes(file, _MOST_BYTES))  # its hash is that of the file: line ends stay
+        return file, text_of(read_bytes(at, _MOST_BYTES))  # its hash is that of the file: line ends stay
     except TextError as error:
         raise LawError(f"{file}{error.place}: {error}") from error
 

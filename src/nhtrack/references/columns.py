@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TypeAlias
 
+from nhtrack.files.carried import read_at
 from nhtrack.files.text import TextError, read_text
 from nhtrack.references.samples import increasing_faults
 from nhtrack.section import LARGEST
@@ -110,7 +111,8 @@ def text_lines(path: Path) -> list[str]:
         FileFaults: it cannot be read, or is not UTF-8 text.
     """
     try:
-        return read_text(path, _MOST_BYTES).removesuffix("\n").split("\n")  # form feeds do not end a line for editors
+        text = read_text(read_at(path), _MOST_BYTES)
+        return text.removesuffix("\n").split("\n")  # form feeds do not end a line for editors
     except TextError as error:
         place = f"{path.name}{error.place}" if error.line else str(path)
         raise FileFaults([f"{place}: {error.reason}"]) from None

@@ -10,6 +10,7 @@ import numpy as np
 from pydantic import Field, ValidationError
 
 from nhtrack.errors import did_you_mean
+from nhtrack.files.carried import read_at
 from nhtrack.files.checksums import CHECKSUMS, checked
 from nhtrack.files.netcdf import opened
 from nhtrack.files.text import exists
@@ -59,10 +60,11 @@ def read_poses(path: Path, robot: str) -> tuple[np.ndarray, np.ndarray]:
     Raises:
         FileFaults: no such file, no recording, or no such robot in it; or it was lost.
     """
-    if not exists(path) or not path.is_file():
+    at = read_at(path)
+    if not exists(at) or not at.is_file():
         raise FileFaults([f"no file {str(path)!r}"])
     try:
-        with opened(path) as data:
+        with opened(at) as data:
             if CHECKSUMS in data.attrs:
                 checked(data[["pose"]])
             names = [str(name) for name in data["robot"].values]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -9,6 +10,7 @@ import mujoco
 
 from nhtrack import assets
 from nhtrack.errors import RobotError, did_you_mean
+from nhtrack.files.carried import read_at
 from nhtrack.mjcf import parse_mjcf
 from nhtrack.robots.contract import Hints, Parts, is_robot_file
 from nhtrack.robots.diff_drive import DiffDrive
@@ -65,6 +67,11 @@ def robot_path(robot: str) -> Path:
     return Path(robot)
 
 
+def full_name(robot: str) -> str:
+    """Returns a robot's name as `robot_path` understands it in every working directory."""
+    return os.path.abspath(robot) if robot not in assets.robots() and is_robot_file(robot) else robot
+
+
 def load_robot(robot: str, hints: Hints | None = None) -> Reading:
     """Returns what is read from the file of a robot.
 
@@ -75,7 +82,7 @@ def load_robot(robot: str, hints: Hints | None = None) -> Reading:
     Raises:
         RobotError: it cannot be found, compiled or driven.
     """
-    return read_file(robot_path(robot), hints)
+    return read_file(read_at(robot_path(robot)), hints)
 
 
 def read_robot(spec: SceneSpec) -> RobotModels:

@@ -11,7 +11,7 @@ from pathlib import Path
 from nhtrack.errors import RobotError
 from nhtrack.files.text import TextError, read_text
 
-__all__ = ["bounded_text"]
+__all__ = ["bounded_text", "elements", "text_of"]
 
 _MOST_BYTES = 20 * 10**6  # of a file, without its meshes
 _MOST_FILES = 100  # that it includes
@@ -40,10 +40,10 @@ def bounded_text(file: Path) -> str:
     Raises:
         RobotError: it cannot be read, or asks for more.
     """
-    text = _text(file, file)
+    text = text_of(file, file)
     folder, waiting, seen, repeated = file.absolute().parent, [text], {file.absolute()}, 1.0
     while waiting:
-        for tag, given in _tags(waiting.pop()):
+        for tag, given in _asking(waiting.pop()):
             if tag in _REPEATED:
                 repeated *= math.prod(map(_number, given.get("count", "").split()))
             if repeated > _MOST_REPEATED:
@@ -52,17 +52,28 @@ def bounded_text(file: Path) -> str:
                 raise RobotError(f"{file}: asks for {said}")
             if tag == "include" and (included := folder / given.get("file", "")) not in seen:
                 seen.add(included)
-                waiting.append(_text(included, file))
+                waiting.append(text_of(included, file))
             if len(seen) > _MOST_FILES:
                 raise RobotError(f"{file}: includes more than {_MOST_FILES} files")
     return text
 
 
-def _tags(text: str) -> Iterator[tuple[str, Mapping[str, str]]]:
-    """Yields the elements of an XML text that may ask for much by their names, with their attributes."""
+def elements(text: str) -> Iterator[tuple[str, Mapping[str, str]]]:
+    """Yields the elements of an XML text by their names, with their attributes."""
+    for found in _TAG.finditer(text):
+        if found[1]:
+            yield found[1], _attributes(found[2])
+
+
+def _asking(text: str) -> Iterator[tuple[str, Mapping[str, str]]]:
+    """Yields the elements of an XML text that may ask for much."""
     for found in _TAG.finditer(text):
         if found[1] in _ASKING or (found[2] and "nsample" in found[2]):
-            yield found[1], {name: unescape(one or other) for name, one, other in _ATTRIBUTE.findall(found[2])}
+            yield found[1], _attributes(found[2])
+
+
+def _attributes(text: str) -> Mapping[str, str]:
+    return {name: unescape(one or other) for name, one, other in _ATTRIBUTE.findall(text)}
 
 
 def _too_much(tag: str, given: Mapping[str, str]) -> Iterator[str]:
@@ -81,7 +92,12 @@ def _too_much(tag: str, given: Mapping[str, str]) -> Iterator[str]:
             yield f"a mesh of {cuts:.3g} cuts, more than {_MOST_CUTS}"
 
 
-def _text(path: Path, file: Path) -> str:
+def text_of(path: Path, file: Path) -> str:
+    """Returns the text of a file that a robot's file includes, or of the robot's file itself.
+
+    Raises:
+        RobotError: it cannot be read.
+    """
     try:
         return read_text(path, _MOST_BYTES)
     except TextError as error:

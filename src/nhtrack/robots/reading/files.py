@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import xml.etree.ElementTree as ET
 from collections.abc import Iterator
@@ -11,6 +12,7 @@ from typing import Any
 import mujoco
 
 from nhtrack.errors import RobotError, did_you_mean
+from nhtrack.files.carried import read_at
 from nhtrack.robots.contract import ROBOT_FILES, Hints, Refusal, RefusedRobot
 from nhtrack.robots.reading.bounds import bounded_text
 from nhtrack.robots.reading.missing import leave_out_missing
@@ -60,6 +62,7 @@ def load_source(path: Path, hints: Hints) -> Source:
     for pair in (*spec.pairs, *spec.excludes):
         spec.delete(pair)  # contacts are the scene's; a robot's file may speak of a floor that it does not have
     spec.compiler.fusestatic = spec.compiler.discardvisual = False
+    _take_copies(spec)
     notes = (*notes, *leave_out_missing(spec, file))
     try:
         model = spec.compile()
@@ -94,6 +97,18 @@ def _spec(file: Path) -> tuple[Any, dict[tuple[str, str], int], tuple[str, ...]]
         raise RobotError(f"{file}:{line}:{column + 1}: no XML: {error}") from error
     except ValueError as error:
         raise RobotError(f"{file}: MuJoCo cannot read it: {_one_line(error)}") from error
+
+
+def _take_copies(spec: Any) -> None:
+    """Lets what is named by a full path be read at its copy; the others lie beside the copy of the robot's file."""
+    for each, names in [(spec, ("meshdir", "texturedir")), *((each, ("file",)) for each in _with_files(spec))]:
+        for name in names:
+            if os.path.isabs(getattr(each, name)):
+                setattr(each, name, str(read_at(Path(getattr(each, name)))))
+
+
+def _with_files(spec: Any) -> tuple[Any, ...]:
+    return (*spec.meshes, *spec.textures, *spec.hfields)
 
 
 def _xacro(file: Path) -> RobotError:

@@ -11,15 +11,16 @@ from typing import Any, NamedTuple, TypeVar
 
 import pandas as pd
 
+from nhtrack.analysis.account import account_of, changed, held_account, made_of
 from nhtrack.analysis.extent import extent_of, runs_a_part
-from nhtrack.analysis.machines import require_machines
+from nhtrack.analysis.machines import ready
 from nhtrack.analysis.time_scale import at_time
 from nhtrack.config.campaign import Campaign
 from nhtrack.config.changes import overrides_of
 from nhtrack.config.edit import scenario_text
 from nhtrack.config.law_sections import Law
 from nhtrack.config.similarity_section import SimilaritySection
-from nhtrack.errors import NhtrackError
+from nhtrack.errors import RefusedError
 from nhtrack.execution import Executor, Processes
 from nhtrack.experiment.build import build
 from nhtrack.experiment.compile import compile_once
@@ -27,8 +28,7 @@ from nhtrack.experiment.load import load_campaign
 from nhtrack.experiment.loop import Progress
 from nhtrack.files.appeared import wait_for
 from nhtrack.files.atomic import atomic_path
-from nhtrack.files.folder import is_used, save_json
-from nhtrack.recording.versions import versions
+from nhtrack.files.folder import save_json
 from nhtrack.studies.campaign.beforehand import campaign_beforehand
 from nhtrack.studies.campaign.cell import Cell
 from nhtrack.studies.campaign.parts import Part, parts_of, run_part, slug
@@ -41,13 +41,14 @@ from nhtrack.terminal.progress import Observer, Stage, Tell, shown_progress
 # What gains depend on, with the time scale; neither backend nor starts.
 _TUNED_BY = ("duration", "robot", "physics", "control_rate", "delay", "noise", "laws", "families", "tuning")
 
+_ACCOUNT = "campaign.json"
 _LEAST = 1.0  # [s] of a part: its scene and its law are made first
 
 Key = tuple[str, str]
 Task = TypeVar("Task", Part, "_Search")
 
 
-class CampaignError(NhtrackError):
+class CampaignError(RefusedError):
     """A campaign that cannot be gone on with."""
 
 
@@ -135,10 +136,11 @@ def run_campaign(
     workers = executor.workers
     report = stage or (lambda name: lambda done, total: None)
     compile_once(stage)
-    require_machines(executor, folder, campaign.model_dump(mode="json"))
-    campaign, size = _claim(campaign, folder, report, workers)
+    tree = campaign.model_dump(mode="json")
+    files, executor = made_of(tree), ready(executor, folder, tree)
+    campaign, size = _claim(campaign, files, folder, report, workers)
     if tuned_by is not None:
-        _take_gains(campaign, tuned_by, folder)
+        _take_gains(campaign, files, tuned_by, folder)
     gains = _tuned(campaign, folder, report("tuning"), executor)
     warnings = campaign_beforehand(campaign, gains)
     if tell is not None:
@@ -147,34 +149,29 @@ def run_campaign(
     cells = {key: Cell(campaign, *key, gains.get(key, {})) for key in product(campaign.laws, campaign.family_names)}
     parts = [part for cell in cells.values() for part in parts_of(cell, folder.absolute(), size)]
     _all([part for part in parts if not part.path.exists()], run_part, report("runs"), executor)
+    if said := changed(files):
+        raise CampaignError(said)
     runs = pd.concat([pd.read_parquet(part.path) for part in parts], ignore_index=True)
     limits = {"position_limit": campaign.arrival.position, "heading_limit": campaign.arrival.heading}
     table = cells_of(runs, gains, backend=campaign.backend, **limits)
-    files = (save_runs(runs, folder / "runs.parquet"), save_cells(table, folder / "cells.csv"))
-    return CampaignResults(campaign, runs, table, _worst(cells, runs, folder / "worst"), folder, files, warnings)
+    written = (save_runs(runs, folder / "runs.parquet"), save_cells(table, folder / "cells.csv"))
+    return CampaignResults(campaign, runs, table, _worst(cells, runs, folder / "worst"), folder, written, warnings)
 
 
 def _claim(
-    campaign: Campaign, folder: Path, report: Callable[[str], Progress], workers: int
+    campaign: Campaign, files: Mapping[str, str], folder: Path, report: Callable[[str], Progress], workers: int
 ) -> tuple[Campaign, int]:
     """Returns the campaign with its time scale, and starts a part, after its account is written or found the same."""
-    used, account = is_used(folder), folder / "campaign.json"
-    asked = campaign.model_dump(mode="json")
-    if account.is_file():
-        held = json.loads(account.read_text())
-        if held["asked"] != asked:
-            raise CampaignError(f"{folder} holds another campaign; choose another --out")
-        if held.get("laws", {}) != _hashes(campaign):
-            raise CampaignError(f"{folder} was begun with another text of a law's file; choose another --out")
-        if "part" not in held:
-            raise CampaignError(f"{folder} was begun by an earlier version, in other parts; choose another --out")
+    account = folder / _ACCOUNT
+    asked = account_of(files, asked=campaign.model_dump(mode="json"))
+    held, why = held_account(account, "campaign", asked)
+    if why:
+        raise CampaignError(why)
+    if held:
         return at_time(campaign, float(held["time_scale"])), int(held["part"])
-    if used:
-        raise CampaignError(f"{folder} exists already and holds no campaign; choose another --out")
     campaign = at_fitting_time(campaign, report("time scale"))
-    begun = {"asked": asked, "time_scale": campaign.similarity.time_scale, "laws": _hashes(campaign)}
     size = _part_size(campaign, workers)
-    save_json(account, begun | {"part": size, "versions": versions()})
+    save_json(account, asked | {"time_scale": campaign.similarity.time_scale, "part": size})
     return campaign, size
 
 
@@ -191,11 +188,6 @@ def _part_size(campaign: Campaign, workers: int) -> int:
 def _free(law: Law) -> Law:
     """Returns a law without its limits, which leave it nothing where its floor or motors do not."""
     return law.model_copy(update={"limits": None}) if "limits" in type(law).model_fields else law
-
-
-def _hashes(campaign: Campaign) -> dict[str, str]:
-    """Returns the hashes of the files of laws that are not the package's own, by label."""
-    return {label: law.kind.hash for label, law in campaign.laws.items() if not law.kind.built_in}
 
 
 def at_fitting_time(campaign: Campaign, progress: Progress | None = None) -> Campaign:
@@ -235,16 +227,17 @@ def _tuned(campaign: Campaign, folder: Path, progress: Progress, executor: Execu
     return {key: json.loads(search.path.read_text())["gains"] for key, search in searches.items()}
 
 
-def _take_gains(campaign: Campaign, source: Path, folder: Path) -> None:
+def _take_gains(campaign: Campaign, files: Mapping[str, str], source: Path, folder: Path) -> None:
     """Copies the gains that another campaign found for the same laws, families, time scale and tuning."""
-    account = source / "campaign.json"
+    account = source / _ACCOUNT
     if not account.is_file():
         raise CampaignError(f"{source} holds no campaign")
     held, asked = json.loads(account.read_text()), campaign.model_dump(mode="json")
-    changed = [key for key in _TUNED_BY if held["asked"].get(key) != asked[key]]
-    changed += ["similarity.time"] if held["time_scale"] != campaign.similarity.time_scale else []
-    if changed:
-        raise CampaignError(f"{source} was tuned for something else: {', '.join(changed)} differ")
+    other = [key for key in _TUNED_BY if held["asked"].get(key) != asked[key]]
+    other += ["similarity.time"] if held["time_scale"] != campaign.similarity.time_scale else []
+    other += [name for name, known in files.items() if held.get("files", {}).get(name) != known]
+    if other:
+        raise CampaignError(f"{source} was tuned for something else: {', '.join(other)} differ")
     for path in sorted((source / "tuning").glob("*.json")):
         save_json(folder / "tuning" / path.name, json.loads(path.read_text()))
 

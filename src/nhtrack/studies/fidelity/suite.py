@@ -9,12 +9,13 @@ from pathlib import Path
 from typing import NamedTuple, TypeAlias
 
 from nhtrack import assets
-from nhtrack.analysis.machines import require_machines
+from nhtrack.analysis.machines import ready
 from nhtrack.errors import SimulationDiverged
 from nhtrack.execution import Executor, Processes
 from nhtrack.experiment.loop import Progress
 from nhtrack.files.folder import save_json
 from nhtrack.recording.versions import versions
+from nhtrack.simulation.robot_models import full_name
 from nhtrack.studies.fidelity import (
     casters,
     closed_loop,
@@ -115,12 +116,12 @@ def run_suite(
     Raises:
         EngineError, MachineError: the executor cannot be had, or its machines are not like this one.
     """
-    executor = executor or Processes()
-    require_machines(executor, None, [task.robot for task in wanted])
     order = sorted(wanted, key=lambda task: task.check not in _LONGEST_FIRST)
+    there = [task._replace(robot=full_name(task.robot)) for task in order]  # a worker may be in another folder
+    executor = ready(executor or Processes(), None, [task.robot for task in there])
     found: dict[Task, tuple[Finding, ...]] = {}
-    for place, findings in executor(order, measure):
-        found[order[place]] = findings
+    for place, findings in executor(there, measure):
+        found[order[place]] = tuple(replace(each, robot=order[place].robot) for each in findings)
         if progress is not None:
             progress(len(found), len(wanted))
     return [finding for task in wanted for finding in found[task]]

@@ -7,7 +7,7 @@ from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
-from nhtrack.analysis.machines import require_machines
+from nhtrack.analysis.machines import ready
 from nhtrack.config.values import Backend
 from nhtrack.errors import RecordingError, noting
 from nhtrack.execution import Executor, Processes
@@ -94,7 +94,7 @@ def _wanted(example: Example, folder: Path, backend: Backend) -> list[_Run]:
 def _record_all(runs: Sequence[_Run], folder: Path, stage: Stage | None, executor: Executor) -> list[Path]:
     """Runs what is wanted and returns the recordings, on disk as soon as each is there."""
     compile_once(stage)
-    require_machines(executor, folder)
+    executor = ready(executor, folder)
     report = None if stage is None else stage("runs")
     elsewhere = [run._replace(file=run.file.absolute()) for run in runs]  # a worker may be in another folder
     for done, _ in enumerate(executor(elsewhere, _record), start=1):

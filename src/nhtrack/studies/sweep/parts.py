@@ -15,6 +15,7 @@ from nhtrack.config.sweep import METRICS, ON_WHEELS, Sweep
 from nhtrack.errors import NhtrackError
 from nhtrack.experiment.build import make_scene_spec, robot_of
 from nhtrack.experiment.load import LOADER
+from nhtrack.files.carried import as_named
 from nhtrack.simulation.faults import LOST
 from nhtrack.simulation.robot_models import RobotModels
 from nhtrack.studies.campaign.tables import save_runs
@@ -117,4 +118,4 @@ def _row(metrics: Mapping[str, float], sweep: Sweep, *, lost: bool) -> Row:
 
 
 def _failed(reason: object) -> Row:
-    return {"outcome": FAILED, "reason": str(reason)}
+    return {"outcome": FAILED, "reason": as_named(str(reason))}

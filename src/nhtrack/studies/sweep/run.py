@@ -9,7 +9,7 @@ from typing import Any
 
 from nhtrack.analysis import extent
 from nhtrack.analysis.beforehand import beforehand
-from nhtrack.analysis.machines import require_machines
+from nhtrack.analysis.machines import ready
 from nhtrack.config.changes import overrides_of
 from nhtrack.config.sweep import Sweep
 from nhtrack.errors import FeasibilityError
@@ -105,7 +105,7 @@ def run_sweep(
     workers = executor.workers
     compile_once(stage)
     warnings = sweep_beforehand(plan)
-    require_machines(executor, folder, plan.tree, sweep.model_dump(mode="json"))
+    executor = ready(executor, folder, plan.tree, sweep.model_dump(mode="json"))
     size = claim(plan, folder, lambda: part_size(plan, workers))
     if tell is not None:
         for warning in warnings:

@@ -14,7 +14,7 @@ from typing import Unpack
 
 import numpy as np
 
-from nhtrack.analysis.machines import require_machines
+from nhtrack.analysis.machines import ready
 from nhtrack.arrays import Array
 from nhtrack.config.changes import ScenarioChanges, overrides_of
 from nhtrack.config.scenario import Scenario
@@ -111,7 +111,7 @@ def find_gains(
         EngineError, MachineError: the executor cannot be had, or its machines are not like this one.
     """
     require_budget(budget)
-    require_machines(executor, None, scenario.model_dump(mode="json"))
+    executor = ready(executor, None, scenario.model_dump(mode="json"))
     objective = objective or Objective(late=1.0)
     compile_once(stage)
     robot = robot_of(scenario)

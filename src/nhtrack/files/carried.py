@@ -1,0 +1,101 @@
+"""Files of one machine on another: copies travel with a task, and are read there in place of what they are copies of.
+
+Names stay those of the files that were copied: in scenarios, in tables and, by `as_named`, in messages.
+"""
+
+from __future__ import annotations
+
+import atexit
+import hashlib
+import os
+import tempfile
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import ExitStack, contextmanager
+from contextvars import ContextVar
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from nhtrack.files.temporary import temporary_folder
+
+__all__ = ["Carried", "as_named", "carried", "read_at"]
+
+_root: ContextVar[Path | None] = ContextVar("root", default=None)  # of the copies that are read
+
+
+@dataclass(frozen=True)
+class Carried:
+    """Copies of files.
+
+    Attributes:
+        contents: bytes of each by its full path, in arrays, which a worker may share and need not copy.
+        identity: a hash of them.
+    """
+
+    contents: Mapping[str, np.ndarray[Any, np.dtype[np.uint8]]]
+    identity: str
+
+    @contextmanager
+    def here(self) -> Iterator[None]:
+        """Lets the copies be read within, in place of files of the same paths, be there such or not."""
+        before = _root.set(_unpacked(self))
+        try:
+            yield
+        finally:
+            _root.reset(before)
+
+    def __hash__(self) -> int:
+        """Returns the identity's hash."""
+        return hash(self.identity)
+
+    def __eq__(self, other: object) -> bool:
+        """Returns whether the copies are the same."""
+        return isinstance(other, Carried) and other.identity == self.identity
+
+
+def carried(files: Iterable[Path]) -> Carried:
+    """Returns copies of files, as they are now.
+
+    Raises:
+        OSError: one cannot be read.
+    """
+    contents = {os.path.abspath(file): np.frombuffer(file.read_bytes(), np.uint8) for file in sorted(files)}
+    digest = hashlib.sha256()
+    for name, data in contents.items():
+        digest.update(f"{name}\0{len(data)}\0".encode() + data.tobytes())
+    return Carried(contents, digest.hexdigest())
+
+
+def read_at(path: Path) -> Path:
+    """Returns where a file or folder is to be read: at its copy where there is one, else at the path itself."""
+    root = _root.get()
+    copy = None if root is None else _copy_of(root, os.path.abspath(path))
+    return copy if copy is not None and copy.exists() else path
+
+
+def as_named(text: str) -> str:
+    """Returns a message with the names of files in place of those of their copies."""
+    root = _root.get()
+    return text if root is None else text.replace(str(root), "")
+
+
+def _copy_of(root: Path, path: str) -> Path:
+    return Path(f"{root}{path}")
+
+
+_kept = ExitStack()
+atexit.register(_kept.close)
+
+
+@cache
+def _unpacked(files: Carried) -> Path:
+    """Returns a folder with the copies, each at its full path below it; it goes with this process."""
+    root = _kept.enter_context(temporary_folder(Path(tempfile.gettempdir())))
+    for name, data in files.contents.items():
+        copy = _copy_of(root, name)
+        copy.parent.mkdir(parents=True, exist_ok=True)
+        copy.write_bytes(data.tobytes())
+    return root
