@@ -16,8 +16,13 @@ class AssetError(NhtrackError):
 
 
 def _directory(name: str) -> Path:
+    return _found(_PACKAGE, name)
+
+
+@cache
+def _found(package: Path, name: str) -> Path:
     """Returns `_bundled/<name>` of an installed wheel, or `<name>` at the root of a checkout."""
-    bundled, checkout = _PACKAGE / "_bundled" / name, _PACKAGE.parents[1] / name
+    bundled, checkout = package / "_bundled" / name, package.parents[1] / name
     for candidate in (bundled, checkout):
         if candidate.is_dir():
             return candidate

@@ -45,6 +45,15 @@ def is_bounded(value: Any) -> bool:
     return isinstance(value, (int, float)) and not isinstance(value, bool) and abs(value) <= LARGEST
 
 
+def _is_too_large(value: Any) -> bool:
+    """Returns whether `_too_large` has anything to say of a value: hardly ever, and this is asked of all."""
+    if isinstance(value, float):
+        return abs(value) > LARGEST
+    if isinstance(value, tuple):
+        return any(map(_is_too_large, value))
+    return isinstance(value, dict) and any(map(_is_too_large, value.values()))
+
+
 def _too_large(values: Iterable[tuple[Any, Any]], *loc: str | int) -> Iterator[InitErrorDetails]:
     """Yields the faults of numbers beyond `LARGEST` in values by their keys; sections judge themselves."""
     for key, value in values:
@@ -95,7 +104,8 @@ class Section(BaseModel):
         except ValidationError as error:
             problems = [cls._detail(problem) for problem in error.errors(include_url=False)]
             raise ValidationError.from_exception_data(error.title, problems, hide_input=True) from None
-        if large := list(_too_large((name, getattr(section, name)) for name in cls.model_fields)):
+        if any(map(_is_too_large, section.__dict__.values())):
+            large = list(_too_large(section.__dict__.items()))
             raise ValidationError.from_exception_data(cls.__name__, large, hide_input=True)
         return section
 

@@ -85,7 +85,7 @@ class LawKind:
             built_in=built_in,
         )
 
-    @property
+    @cached_property
     def described(self) -> Mapping[str, Gain]:
         """What there is to know of each gain, by its field's name."""
         hints = get_type_hints(self.gains, include_extras=True)

@@ -27,7 +27,7 @@ from nhtrack.studies.sweep.result import SweepResults
 from nhtrack.studies.sweep.stubborn import do_parts
 from nhtrack.terminal.progress import Observer, Stage, Tell, shown_progress
 
-_JUDGED = 2e-3  # [s] that a run's scenario takes to be made and judged
+_JUDGED = 1e-3  # [s] that a run's scenario takes to be made and judged
 
 
 def sweep(
