@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 import xml.etree.ElementTree as ET
 from collections.abc import Callable, Iterator, Sequence
@@ -13,6 +14,7 @@ import pandas as pd
 import pytest
 
 from nhtrack.analysis import machines, sources
+from nhtrack.analysis.account import account_of, held_account
 from nhtrack.analysis.machines import MachineError, ready
 from nhtrack.config.sweep import Sweep
 from nhtrack.execution import Executor, Processes, Serial, serial
@@ -22,8 +24,9 @@ from nhtrack.files.carried import carried
 from nhtrack.laws import law_in
 from nhtrack.robots.reading.companions import files_of
 from nhtrack.studies.campaign.run import CampaignError, run_campaign
+from nhtrack.studies.fidelity.bench import Bench
 from nhtrack.studies.fidelity.suite import run_suite, tasks
-from nhtrack.studies.sweep.run import run_sweep
+from nhtrack.studies.sweep.run import plan_of, run_sweep
 from nhtrack.studies.tune.run import find_gains
 from odd_robots.on_disk import shell, urdf, written
 from odd_robots.plain import add, plain_robot, section, text_of
@@ -102,10 +105,18 @@ class Away(Executor):
             return [("10.0.0.2", work())]
 
 
-def with_mesh(folder: Path, meshes: str = "stl", pictures: str = "pics", include: str = "parts/assets.xml") -> Path:
+def with_mesh(
+    folder: Path,
+    meshes: str = "stl",
+    pictures: str = "pics",
+    include: str = "parts/assets.xml",
+    *,
+    within: bool = False,
+) -> Path:
     """Returns the file of a plain robot with a mesh and a picture, which a file that it includes names, if any."""
-    robot = plain_robot()
-    robot.insert(0, robot.makeelement("compiler", {"meshdir": meshes, "texturedir": pictures}))
+    robot, folders = plain_robot(), {"meshdir": meshes, "texturedir": pictures}
+    if not within:
+        robot.insert(0, robot.makeelement("compiler", folders))
     shell(folder / meshes, "shell.stl")
     (folder / pictures).mkdir()
     (folder / pictures / "wood.png").write_bytes(PICTURE)
@@ -114,8 +125,10 @@ def with_mesh(folder: Path, meshes: str = "stl", pictures: str = "pics", include
     for each in ET.fromstring(f"<asset>{assets}</asset>") if not include else ():
         section(robot, "asset").append(each)
     if include:
+        head = f'<compiler meshdir="{meshes}" texturedir="{pictures}"/>' if within else ""
+        assets = f"{head}<asset>{assets}</asset>"
         written(folder, "parts/assets.xml", f"<mujocoinclude>{assets}</mujocoinclude>")
-        add(section(robot, "asset"), f'<include file="{include}"/>')
+        add(robot, f'<include file="{include}"/>')
     drawn = '<geom type="mesh" mesh="shell" material="wood" mass="0" contype="0" conaffinity="0"/>'
     add(next(robot.iter("body")), drawn)
     return written(folder, "plain.xml", text_of(robot))
@@ -129,14 +142,16 @@ def cart(folder: Path, mesh: str = "package://cart_description/meshes/shell.stl"
 
 
 def alone(folder: Path) -> Path:
-    """Returns a folder with one robot, and a scene around it."""
+    """Returns a folder with one robot, a scene around it, and a name that is no text."""
     file = with_mesh(folder, include="")
+    Path(os.fsdecode(os.fsencode(folder) + b"/gr\xf6\xdfe.xml")).write_text("<include/>")
     written(folder, "scene.xml", f'<mujoco><include file="{file.name}"/></mujoco>')
     return folder
 
 
 ROBOTS: dict[str, Callable[[Path], Path]] = {
     "folders": with_mesh,
+    "folders of an include": lambda folder: with_mesh(folder, "stl", "pics", "parts/assets.xml", within=True),
     "full paths": lambda folder: with_mesh(folder, str(folder / "a" / "stl"), str(folder / "b"), ""),
     "package": lambda folder: cart(folder / "cart_description"),
     "file": lambda folder: cart(folder, f"file://{folder}/meshes/shell.stl"),
@@ -171,11 +186,13 @@ def test_a_robot_is_the_same_by_its_copies_and_another_by_any_other_byte(
     folder = tmp_path / "robots"
     folder.mkdir()
     robot = make(folder)
-    known, files = sources.fingerprint(str(robot)), files_of(robot)
+    known, outline, files = sources.fingerprint(str(robot)), sources.outline(str(robot)), files_of(robot)
+    assert "[" in outline
     assert files >= {each for each in folder.rglob("*") if each.is_file()}
     copies = carried(files)
-    with Away(folder)._gone(), copies.here():
-        assert sources.fingerprint(str(robot)) == known
+    for away in (Away(folder), Away()):
+        with away._gone(), copies.here():
+            assert (sources.fingerprint(str(robot)), sources.outline(str(robot))) == (known, outline)
     assert sources.fingerprint(str(robot)) == known
     for file in sorted(files):
         before = file.read_bytes()
@@ -238,6 +255,35 @@ def test_a_campaign_goes_on_with_the_same_files_only(own: Path, tmp_path: Path) 
         run_campaign(campaign, tmp_path / "other", executor=serial, tuned_by=tmp_path / "out")
 
 
+@pytest.mark.parametrize(
+    ("leader", "axis"),
+    [
+        ("leader.virtual: true", "leader.input: [{csv: a.csv}]"),
+        ("leader.virtual: true, leader.input: {csv: b.csv}", "leader.input.csv: [a.csv]"),
+        ("duration: 1", "leader: {choices: {a: {input: {csv: a.csv}, virtual: true}}}"),
+    ],
+)
+def test_tables_of_an_axis_are_known_wherever_they_are_named(leader: str, axis: str, own: Path) -> None:
+    text = f"name: case\nbase: paper/example1\nset: {{{leader}}}\naxes: {{{axis}}}\nmetrics: [path_length]\n"
+    (own / "sweep.yaml").write_text(text)
+    assert str(own / "a.csv") in plan_of(sweep_in(own)).files
+
+
+def test_a_robot_is_measured_as_it_is(tmp_path: Path) -> None:
+    robot = with_mesh(tmp_path)
+    first = Bench(str(robot)).drive
+    assert Bench(str(robot)).drive == first
+    robot.write_text(robot.read_text().replace('mass="2"', 'mass="3"'))
+    assert Bench(str(robot)).drive.mass == pytest.approx(first.mass + 1)
+
+
+@pytest.mark.parametrize("text", ["[]", "3", "{", "null"])
+def test_an_account_that_is_none_is_told(text: str, tmp_path: Path) -> None:
+    written(tmp_path, "sweep.json", text)
+    _, why = held_account(tmp_path / "sweep.json", "sweep", account_of({}, asked={"a": 1}))
+    assert "choose another --out" in why
+
+
 def test_what_is_too_much_is_not_sent(own: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(machines, "_MOST_SENT", 500)
     with pytest.raises(MachineError) as refused:
@@ -253,21 +299,21 @@ def test_a_copy_that_does_not_find_a_file_is_refused(meshes: str, include: str, 
     folder = tmp_path / "robots"
     folder.mkdir()
     robot = with_mesh(folder, meshes.format(folder), include=include.format(folder))
-    with pytest.raises(MachineError, match=r"plain\.xml is another there: its copy does not find files by full"):
+    with pytest.raises(MachineError, match=r"plain\.xml is another there: its copy does not find all files"):
         ready(Away(folder), None, {"robot": str(robot)})
 
 
 def test_a_law_that_cannot_be_imported_there_is_told(
     own: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    law, library = own / "spring.py", tmp_path / "library"
+    law, library = own / "spring.txt", tmp_path / "library"
     future = "from __future__ import annotations\n"
-    law.write_text(law.read_text().replace(future, f"{future}import shared_gains_of_mine\n"))
+    law.write_text(LAW.read_text().replace(future, f"{future}import shared_gains_of_mine\n"))
     written(library, "shared_gains_of_mine.py", "")
     monkeypatch.syspath_prepend(str(library))
     import_module("shared_gains_of_mine")  # so that Python knows the folder
     monkeypatch.delitem(sys.modules, "shared_gains_of_mine")
-    with pytest.raises(MachineError, match=r"^10\.0\.0\.2: .*spring\.py:4: ModuleNotFoundError"):
+    with pytest.raises(MachineError, match=r"^10\.0\.0\.2: .*spring\.txt:4: ModuleNotFoundError"):
         ready(Away(library), None, {"law": {"file": str(law)}})
 
 
@@ -277,8 +323,8 @@ def test_a_law_that_cannot_be_imported_there_is_told(
         (lambda facts, writes: (facts, False), "cannot write into"),
         (lambda facts, writes: (facts._replace(package=""), writes), "has other sources of nhtrack"),
         (lambda facts, writes: (facts._replace(versions={"numpy": "1"}), writes), "has numpy 1, this machine has 2"),
-        (lambda facts, writes: (facts._replace(sources=dict.fromkeys(facts.sources, "")), writes), "law pid is not"),
-        (lambda facts, writes: (facts._replace(sources=dict.fromkeys(facts.sources, "0")), writes), "pid is another"),
+        (lambda facts, writes: (facts._replace(sources={"pid": ("", "")}), writes), "law pid is not"),
+        (lambda facts, writes: (facts._replace(sources={"pid": ("0", "")}), writes), "pid is another"),
     ],
 )
 def test_machines_that_are_not_like_this_one_are_refused(

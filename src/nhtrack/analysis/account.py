@@ -47,9 +47,9 @@ def held_account(file: Path, kind: str, account: Mapping[str, Any]) -> tuple[dic
         held_by_others = f"{folder} exists already and holds no {kind}; choose another --out"
         return {}, held_by_others if is_used(folder) else ""
     try:
-        held = json.loads(file.read_text())
-    except ValueError as error:
-        return {}, f"{file} is damaged ({error}); choose another --out"
+        held = dict(json.loads(file.read_text()))
+    except (ValueError, TypeError):
+        return {}, f"{file} is damaged; choose another --out"
     found = list(_differences(held, account))
     told = [f"  {line}" for line in found[:_MOST]] + [f"  and {len(found) - _MOST} more"] * (len(found) > _MOST)
     other = f"{folder} holds another {kind}; choose another --out. What is not the same:"
@@ -58,8 +58,9 @@ def held_account(file: Path, kind: str, account: Mapping[str, Any]) -> tuple[dic
 
 def _differences(held: Mapping[str, Any], asked: Mapping[str, Any]) -> Iterator[str]:
     """Yields what is not the same, by name."""
-    if "files" not in held:
+    if not held.keys() >= asked.keys():
         yield "it was begun by an earlier version"
+        return
     for where in (key for key in asked if key not in _BESIDE):
         yield from (key if where == "asked" else f"{where}: {key}" for key in _leaves(held.get(where), asked[where]))
     for name, version in asked["versions"].items():

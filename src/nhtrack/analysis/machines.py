@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import os
 import tempfile
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import nullcontext
@@ -12,18 +11,20 @@ from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from nhtrack.analysis.sources import files_read, fingerprint, is_file_name, sources_in
+from nhtrack.analysis.sources import files_read, fingerprint, is_file_name, outline, sources_in
 from nhtrack.assets import models_directory, scenarios_directory
 from nhtrack.errors import RefusedError
 from nhtrack.execution import Executor
 from nhtrack.execution.contract import Done, Result, Task
 from nhtrack.experiment.compile import compile_once
-from nhtrack.files.carried import Carried, carried
+from nhtrack.files.carried import Carried, carried, read_at
 from nhtrack.files.temporary import made_folder, temporary_folder
+from nhtrack.files.text import TextError, read_text
 from nhtrack.laws import LawError, law_in
 from nhtrack.recording.versions import versions
 
 _PACKAGE = Path(__file__).parents[1]
+_MOST_OF_LAW = 10**6  # bytes of its file
 _MOST_SENT = 5e7  # bytes of files: Ray's object stores are kept small
 
 
@@ -36,7 +37,7 @@ class _Facts(NamedTuple):
 
     package: str
     versions: Mapping[str, str]
-    sources: Mapping[str, str]
+    sources: Mapping[str, tuple[str, str]]
     faults: tuple[str, ...]
 
 
@@ -114,10 +115,13 @@ def ready(executor: Executor, folder: Path | None, *trees: Any) -> Executor:
 
 def _copies(sources: Sequence[str]) -> Carried | None:
     """Returns copies of all files that are read; None of none, and of too much."""
-    read = {file for source in sources for file in files_read(source) if os.access(file, os.R_OK)}
-    if not read or sum(file.stat().st_size for file in read) > _MOST_SENT:
-        return None
-    return carried(read)
+    read = {file for source in sources for file in files_read(source)}
+    try:
+        if read and sum(file.stat().st_size for file in read) <= _MOST_SENT:
+            return carried(read)
+    except OSError as error:
+        raise MachineError(f"{error.filename}: cannot be read: {error.strerror}") from error
+    return None
 
 
 def _look(sources: tuple[str, ...], shared: Path | None) -> tuple[_Facts, bool]:
@@ -138,16 +142,24 @@ def _can_write(folder: Path) -> bool:
 
 def _facts(sources: tuple[str, ...]) -> _Facts:
     told = {fault for source in sources for fault in _law_faults(source)}
-    return _Facts(_package(), versions(), {source: fingerprint(source) for source in sources}, tuple(sorted(told)))
+    found = {source: (fingerprint(source), outline(source)) for source in sources}
+    return _Facts(_package(), versions(), found, tuple(sorted(told)))
 
 
 def _law_faults(source: str) -> Iterator[str]:
     """Yields why a law of the user's own cannot be used here, such as that what it imports is not installed."""
-    if source.endswith(".py") and fingerprint(source):
+    if _may_be_law(read_at(Path(source))):
         try:
             law_in(source)
         except LawError as error:
             yield from str(error).splitlines()
+
+
+def _may_be_law(path: Path) -> bool:
+    try:
+        return "def command(" in read_text(path, _MOST_OF_LAW)
+    except TextError:
+        return False
 
 
 def _faults(here: _Facts, there: _Facts, sent: bool) -> Iterator[str]:
@@ -160,12 +172,12 @@ def _faults(here: _Facts, there: _Facts, sent: bool) -> Iterator[str]:
     for source, known in here.sources.items():
         if there.sources[source] == known:
             continue
-        told = f"{source} is {'another' if there.sources[source] else 'not'} there"
+        told = f"{source} is {'another' if there.sources[source][0] else 'not'} there"
         if not is_file_name(source):
             yield f"law {told}; install the same package there"
         else:
-            small = f"more than {_MOST_SENT / 1e6:g} MB in all are not sent along"
-            yield f"{told}: {'its copy does not find files by full paths; name them relative to it' if sent else small}"
+            why = "its copy does not find all files; name them relative to it, without .."
+            yield f"{told}: {why if sent else f'more than {_MOST_SENT / 1e6:g} MB in all are not sent along'}"
     yield from (fault for fault in there.faults if fault not in here.faults)
 
 

@@ -4,20 +4,20 @@ from __future__ import annotations
 
 import hashlib
 import os
-import xml.etree.ElementTree as ET
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
 from nhtrack.errors import NhtrackError
-from nhtrack.files.carried import read_at
+from nhtrack.files.carried import as_named, read_at
 from nhtrack.laws import laws
-from nhtrack.mjcf.files import read_text
-from nhtrack.robots.contract import ROBOT_FILES, is_robot_file
+from nhtrack.robots.contract import ROBOT_FILES, Hints, is_robot_file
 from nhtrack.robots.reading.companions import files_of
-from nhtrack.simulation.robot_models import load_robot
+from nhtrack.robots.reading.files import load_source
 
-__all__ = ["files_read", "fingerprint", "is_file_name", "sources_in"]
+__all__ = ["files_read", "fingerprint", "is_file_name", "outline", "sources_in"]
+
+_COUNTS = ("nbody", "ngeom", "nmesh", "nmeshvert", "nmeshface", "ntex", "ntexdata", "nhfield", "nhfielddata")
 
 
 def sources_in(tree: Any) -> Iterator[str]:
@@ -46,12 +46,12 @@ def _installed_law(name: str) -> str:
 def files_read(source: str) -> frozenset[Path]:
     """Returns the files that are read where one is named, such as meshes with a robot; none for a law by its name."""
     path = Path(source)
-    if _may_be_robot(path):
-        try:
-            return files_of(path)
-        except NhtrackError:  # no robot, so nothing is read with it
-            pass
-    return frozenset([path] if is_file_name(source) and path.is_file() else [])
+    try:
+        found = files_of(path) if _may_be_robot(path) else frozenset[Path]()
+    except (NhtrackError, OSError):  # no robot, so nothing is read with it
+        found = frozenset()
+    alone = frozenset([path] if is_file_name(source) and path.is_file() else [])
+    return frozenset(file for file in found or alone if os.access(file, os.R_OK))
 
 
 def _may_be_robot(path: Path) -> bool:
@@ -59,29 +59,31 @@ def _may_be_robot(path: Path) -> bool:
 
 
 def fingerprint(source: str) -> str:
-    """Returns a hash of what runs depend on, of a robot with all that it is read from; empty of what is not there."""
+    """Returns a hash of what is read where a file is named, or of the law of a name; empty of what is not there.
+
+    It is one of contents only, so that it is the same on every processor.
+    """
     if not is_file_name(source):
         return _installed_law(source)
-    at = read_at(Path(source))
     try:
-        contents = [each.read_bytes() for each in sorted(files_read(str(at)))]
+        contents = [file.read_bytes() for file in sorted(files_read(str(read_at(Path(source)))))]
     except OSError:
         return ""
-    if not contents:
-        return ""
-    digest = hashlib.sha256()
-    for content in (*contents, (_standard_form(source) if _may_be_robot(at) else "").encode()):
-        digest.update(hashlib.sha256(content).digest())
-    return digest.hexdigest()
+    hashes = b"".join(hashlib.sha256(content).digest() for content in contents)
+    return hashlib.sha256(hashes).hexdigest() if contents else ""
 
 
-def _standard_form(robot: str) -> str:
-    """Returns the standard form of a robot, in which files have the names of their contents; empty of what is none.
+def outline(source: str) -> str:
+    """Returns how much a robot's file comes to with all that it names, and what was not found; empty of what is none.
 
-    What its copy does not find, such as a file that it includes by a full path, shows here.
+    It is made of whole numbers, and needs none of the hints that the robot may need.
     """
+    at = read_at(Path(source))
+    if not is_file_name(source) or not _may_be_robot(at):
+        return ""
     try:
-        root, _ = read_text(load_robot(robot).mjcf)
-    except (NhtrackError, OSError, ValueError):
-        return ""  # none, or read with hints only
-    return ET.tostring(root, encoding="unicode")
+        robot = load_source(at, Hints())
+    except (NhtrackError, OSError) as error:
+        return as_named(str(error))
+    counts = (getattr(robot.model, name) for name in _COUNTS)
+    return as_named(f"{[int(count) for count in counts]} {robot.notes}")

@@ -37,8 +37,10 @@ def _found(key: str, value: Any, directory: FilePath) -> Any:
     """Returns a value with the full path of the law's, the robot's or the input's file that it names, if any."""
     if key in ("law", "robot") and isinstance(value, Mapping) and isinstance(value.get("file"), str):
         return {**value, "file": _found(f"{key}.file", value["file"], directory)}
-    if key == "leader.input" and isinstance(value, Mapping):
-        return {name: _table_found(each, directory) for name, each in value.items()}
+    if key == "leader" and isinstance(value, Mapping) and "input" in value:
+        return {**value, "input": _table_found(value["input"], directory)}
+    if key.startswith("leader.input"):
+        return _table_found(value, directory)
     law = key == "law.file" or (key == "law" and str(value).endswith(".py"))
     robot = key in ("robot", "robot.file") and isinstance(value, str) and is_robot_file(value)
     return os.path.abspath(directory / value) if isinstance(value, str) and (law or robot) else value

@@ -102,12 +102,12 @@ class Ray(Executor):
         ray = self._connected()
         from ray.util.scheduling_strategies import NodeAffinitySchedulingStrategy
 
-        asked = {}
+        asked, shared = {}, ray.put(work)
         for node in ray.nodes():
             if node["Alive"] and node["Resources"].get("CPU"):
                 there = NodeAffinitySchedulingStrategy(node["NodeID"], soft=False)
                 do = ray.remote(num_cpus=0, max_retries=0, scheduling_strategy=there)(_do)
-                asked[f"{node['NodeManagerAddress']} (node {node['NodeID'][:8]})"] = do.remote(_call, work)
+                asked[f"{node['NodeManagerAddress']} (node {node['NodeID'][:8]})"] = do.remote(_call, shared)
         answers = ((name, _answer(ray, name, answer)) for name, answer in asked.items())
         return [(name, *found) for name, found in answers if found]
 

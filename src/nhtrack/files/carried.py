@@ -24,6 +24,7 @@ from nhtrack.files.temporary import temporary_folder
 __all__ = ["Carried", "as_named", "carried", "read_at"]
 
 _root: ContextVar[Path | None] = ContextVar("root", default=None)  # of the copies that are read
+_names: ContextVar[frozenset[str]] = ContextVar("names", default=frozenset())  # of the files that they are copies of
 
 
 @dataclass(frozen=True)
@@ -41,11 +42,12 @@ class Carried:
     @contextmanager
     def here(self) -> Iterator[None]:
         """Lets the copies be read within, in place of files of the same paths, be there such or not."""
-        before = _root.set(_unpacked(self))
+        root, names = _root.set(_unpacked(self)), _names.set(frozenset(self.contents))
         try:
             yield
         finally:
-            _root.reset(before)
+            _root.reset(root)
+            _names.reset(names)
 
     def __hash__(self) -> int:
         """Returns the identity's hash."""
@@ -65,15 +67,17 @@ def carried(files: Iterable[Path]) -> Carried:
     contents = {os.path.abspath(file): np.frombuffer(file.read_bytes(), np.uint8) for file in sorted(files)}
     digest = hashlib.sha256()
     for name, data in contents.items():
-        digest.update(f"{name}\0{len(data)}\0".encode() + data.tobytes())
+        digest.update(os.fsencode(name) + f"\0{len(data)}\0".encode() + data.tobytes())
     return Carried(contents, digest.hexdigest())
 
 
 def read_at(path: Path) -> Path:
-    """Returns where a file or folder is to be read: at its copy where there is one, else at the path itself."""
-    root = _root.get()
-    copy = None if root is None else _copy_of(root, os.path.abspath(path))
-    return copy if copy is not None and copy.exists() else path
+    """Returns where a file or folder is to be read: at its copy where it was copied, else at the path itself."""
+    root, name = _root.get(), os.path.abspath(path)
+    if root is None:
+        return path
+    copy = _copy_of(root, name)
+    return copy if name in _names.get() or copy.is_dir() else path
 
 
 def as_named(text: str) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import xml.etree.ElementTree as ET
 from collections.abc import Iterator, Mapping
 from pathlib import Path
@@ -36,13 +37,14 @@ def files_of(path: Path) -> frozenset[Path]:
         folders.add(text.parent)
         for tag, given in _elements(text):
             files = [given[name] for name in (*FILES, "filename") if name in given]
-            folders |= {text.parent / given[name] for name in _FOLDERS if tag == "compiler" and name in given}
+            named = [given[name] for name in _FOLDERS if tag == "compiler" and name in given]
+            folders |= {folder / name for folder in (main.parent, text.parent) for name in named}
             names |= set(files)
             if tag in ("include", "model"):
-                inside = {folder / name for folder in (main.parent, text.parent) for name in files}
-                texts += [each for each in inside - found if _is_file(each)]
+                inside = {_at(folder, name) for folder in (main.parent, text.parent) for name in files}
+                texts += [each for each in inside - found - set(texts) if _is_file(each)]
     for name in names:
-        own = {read_at(folder / each) for folder in folders for each in (name, Path(name).name)}
+        own = {_at(folder, each) for folder in folders for each in (name, Path(name).name)}
         found |= {each for each in own if _is_file(each)}
     return frozenset(found)
 
@@ -63,6 +65,11 @@ def _elements(file: Path) -> Iterator[tuple[str, Mapping[str, str]]]:
     if root is not None and root.tag == "robot":
         text, _ = urdf_text(root, file)
     yield from elements(text)
+
+
+def _at(folder: Path, name: str) -> Path:
+    """Returns where a file that a folder's file names is read, spelled in one way."""
+    return read_at(Path(os.path.normpath(folder / name)))
 
 
 def _is_file(path: Path) -> bool:

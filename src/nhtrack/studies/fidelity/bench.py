@@ -8,8 +8,10 @@ from dataclasses import asdict, dataclass, replace
 from functools import lru_cache
 from typing import Any, Literal
 
+from nhtrack.analysis.sources import fingerprint
 from nhtrack.robots.diff_drive import DiffDrive
 from nhtrack.simulation.mujoco import MujocoSimulation
+from nhtrack.simulation.robot_models import full_name
 from nhtrack.simulation.scene import Scene, SceneSpec, make_scene
 
 
@@ -67,7 +69,14 @@ def _made(spec: SceneSpec, change: Callable[[Scene], Scene] | None) -> Scene:
     return scene if change is None else change(scene)
 
 
-_kept = lru_cache(maxsize=4)(_made)  # to compose one takes longer than most drives in it
+def _kept(spec: SceneSpec, change: Callable[[Scene], Scene] | None) -> Scene:
+    """Returns a scene, kept while the robot's files are the same: to make one takes longer than most drives in it."""
+    return _made_of(spec, change, fingerprint(full_name(spec.robot)))
+
+
+@lru_cache(maxsize=4)
+def _made_of(spec: SceneSpec, change: Callable[[Scene], Scene] | None, files: str) -> Scene:
+    return _made(spec, change)
 
 
 @dataclass(frozen=True)

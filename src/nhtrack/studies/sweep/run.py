@@ -105,7 +105,7 @@ def run_sweep(
     workers = executor.workers
     compile_once(stage)
     warnings = sweep_beforehand(plan)
-    executor = ready(executor, folder, plan.tree, sweep.model_dump(mode="json"))
+    executor = ready(executor, folder, plan.tree, sweep.model_dump(mode="json", include={"axes"}))
     size = claim(plan, folder, lambda: part_size(plan, workers))
     if tell is not None:
         for warning in warnings:
