@@ -11,7 +11,7 @@ from nhtrack.analysis.sources import fingerprint, sources_in
 from nhtrack.files.folder import is_used
 from nhtrack.recording.versions import versions
 
-__all__ = ["account_of", "changed", "held_account", "made_of"]
+__all__ = ["account_of", "changed", "held_account", "made_of", "read_account"]
 
 _MOST = 5  # differences that are told
 _BESIDE = ("files", "versions")  # what an account says beside what was asked for
@@ -34,6 +34,15 @@ def account_of(files: Mapping[str, str], **asked: Any) -> dict[str, Any]:
     return found
 
 
+def read_account(file: Path) -> dict[str, Any]:
+    """Returns what an account says, nothing of one that is damaged."""
+    try:
+        held = json.loads(file.read_text())
+    except ValueError:
+        return {}
+    return held if isinstance(held, dict) else {}
+
+
 def held_account(file: Path, kind: str, account: Mapping[str, Any]) -> tuple[dict[str, Any], str]:
     """Returns what the account in a results folder says, and why it cannot be gone on with; nothing of a new folder.
 
@@ -46,9 +55,7 @@ def held_account(file: Path, kind: str, account: Mapping[str, Any]) -> tuple[dic
     if not file.is_file():
         held_by_others = f"{folder} exists already and holds no {kind}; choose another --out"
         return {}, held_by_others if is_used(folder) else ""
-    try:
-        held = dict(json.loads(file.read_text()))
-    except (ValueError, TypeError):
+    if not (held := read_account(file)):
         return {}, f"{file} is damaged; choose another --out"
     found = list(_differences(held, account))
     told = [f"  {line}" for line in found[:_MOST]] + [f"  and {len(found) - _MOST} more"] * (len(found) > _MOST)

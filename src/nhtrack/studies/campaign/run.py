@@ -11,7 +11,7 @@ from typing import Any, NamedTuple, TypeVar
 
 import pandas as pd
 
-from nhtrack.analysis.account import account_of, changed, held_account, made_of
+from nhtrack.analysis.account import account_of, changed, held_account, made_of, read_account
 from nhtrack.analysis.extent import extent_of, runs_a_part
 from nhtrack.analysis.machines import ready
 from nhtrack.analysis.time_scale import at_time
@@ -232,10 +232,11 @@ def _take_gains(campaign: Campaign, files: Mapping[str, str], source: Path, fold
     account = source / _ACCOUNT
     if not account.is_file():
         raise CampaignError(f"{source} holds no campaign")
-    held, asked = json.loads(account.read_text()), campaign.model_dump(mode="json")
-    other = [key for key in _TUNED_BY if held["asked"].get(key) != asked[key]]
-    other += ["similarity.time"] if held["time_scale"] != campaign.similarity.time_scale else []
-    other += [name for name, known in files.items() if held.get("files", {}).get(name) != known]
+    held, asked = read_account(account), campaign.model_dump(mode="json")
+    before, tuned_with = held.get("asked", {}), held.get("files", {})
+    other = [key for key in _TUNED_BY if before.get(key) != asked[key]]
+    other += ["similarity.time"] if held.get("time_scale") != campaign.similarity.time_scale else []
+    other += [name for name, known in files.items() if tuned_with.get(name) != known]
     if other:
         raise CampaignError(f"{source} was tuned for something else: {', '.join(other)} differ")
     for path in sorted((source / "tuning").glob("*.json")):
