@@ -269,6 +269,12 @@ def test_tables_of_an_axis_are_known_wherever_they_are_named(leader: str, axis: 
     assert str(own / "a.csv") in plan_of(sweep_in(own)).files
 
 
+def test_includes_that_go_round_come_to_an_end(tmp_path: Path) -> None:
+    names = [f'<include file="{name}"/>' for name in ("a.xml", "x/../a.xml", "y/../b.xml", "b.xml")]
+    files = {written(tmp_path, name, f"<mujoco>{''.join(names)}</mujoco>") for name in ("a.xml", "b.xml")}
+    assert files_of(tmp_path / "a.xml") == files
+
+
 def test_a_robot_is_measured_as_it_is(tmp_path: Path) -> None:
     robot = with_mesh(tmp_path)
     first = Bench(str(robot)).drive
