@@ -270,6 +270,8 @@ def test_tables_of_an_axis_are_known_wherever_they_are_named(leader: str, axis: 
 
 
 def test_includes_that_go_round_come_to_an_end(tmp_path: Path) -> None:
+    for folder in "xy":
+        (tmp_path / folder).mkdir()
     names = [f'<include file="{name}"/>' for name in ("a.xml", "x/../a.xml", "y/../b.xml", "b.xml")]
     files = {written(tmp_path, name, f"<mujoco>{''.join(names)}</mujoco>") for name in ("a.xml", "b.xml")}
     assert files_of(tmp_path / "a.xml") == files
