@@ -21,6 +21,7 @@ from nhtrack.execution import Executor, Processes, Serial, serial
 from nhtrack.execution.contract import Done, Result, Task
 from nhtrack.experiment.load import load, load_campaign, load_sweep
 from nhtrack.files.carried import carried
+from nhtrack.files.folder import save_json
 from nhtrack.laws import law_in
 from nhtrack.robots.reading.companions import files_of
 from nhtrack.studies.campaign.run import CampaignError, run_campaign
@@ -283,6 +284,14 @@ def test_a_robot_is_measured_as_it_is(tmp_path: Path) -> None:
     assert Bench(str(robot)).drive == first
     robot.write_text(robot.read_text().replace('mass="2"', 'mass="3"'))
     assert Bench(str(robot)).drive.mass == pytest.approx(first.mass + 1)
+
+
+def test_what_a_killed_run_left_is_gone_when_its_folder_is_gone_on_with(tmp_path: Path) -> None:
+    asked, left = account_of({}, asked={"a": 1}), tmp_path / "parts" / ".nhtrack-0123"
+    save_json(tmp_path / "sweep.json", asked)
+    left.mkdir(parents=True)
+    assert held_account(tmp_path / "sweep.json", "sweep", asked) == (asked, "")
+    assert not left.exists()
 
 
 @pytest.mark.parametrize("text", ["[]", "3", "{", "null"])

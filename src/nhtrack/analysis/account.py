@@ -19,7 +19,7 @@ _BESIDE = ("files", "versions")  # what an account says beside what was asked fo
 
 def made_of(*trees: Any) -> dict[str, str]:
     """Returns hashes of what runs of some trees read: files by their full paths, installed laws by name."""
-    return {source: fingerprint(source) for source in sorted({each for tree in trees for each in sources_in(tree)})}
+    return {source: fingerprint(source) for source in sources_in(*trees)}
 
 
 def changed(files: Mapping[str, str]) -> str:
@@ -52,9 +52,9 @@ def held_account(file: Path, kind: str, account: Mapping[str, Any]) -> tuple[dic
         account: what is asked for now, see `account_of`.
     """
     folder = file.parent
+    used = is_used(folder)  # which removes what runs that were killed have left there
     if not file.is_file():
-        held_by_others = f"{folder} exists already and holds no {kind}; choose another --out"
-        return {}, held_by_others if is_used(folder) else ""
+        return {}, f"{folder} exists already and holds no {kind}; choose another --out" if used else ""
     if not (held := read_account(file)):
         return {}, f"{file} is damaged; choose another --out"
     found = list(_differences(held, account))
@@ -69,12 +69,12 @@ def _differences(held: Mapping[str, Any], asked: Mapping[str, Any]) -> Iterator[
         yield "it was begun by an earlier version"
         return
     for where in (key for key in asked if key not in _BESIDE):
-        yield from (key if where == "asked" else f"{where}: {key}" for key in _leaves(held.get(where), asked[where]))
+        yield from (key if where == "asked" else f"{where}: {key}" for key in _leaves(held[where], asked[where]))
     for name, version in asked["versions"].items():
-        if (before := held.get("versions", {}).get(name)) != version:
+        if (before := held["versions"].get(name)) != version:
             yield f"{name} was {before}, here is {version}"
-    for file in sorted({*held.get("files", {}), *asked["files"]}):
-        if held.get("files", {}).get(file) != asked["files"].get(file):
+    for file in sorted({*held["files"], *asked["files"]}):
+        if held["files"].get(file) != asked["files"].get(file):
             yield f"{file} has changed"
 
 

@@ -17,14 +17,13 @@ from nhtrack.errors import RefusedError
 from nhtrack.execution import Executor
 from nhtrack.execution.contract import Done, Result, Task
 from nhtrack.experiment.compile import compile_once
-from nhtrack.files.carried import Carried, carried, read_at
+from nhtrack.files.carried import Carried, carried
 from nhtrack.files.temporary import made_folder, temporary_folder
-from nhtrack.files.text import TextError, read_text
-from nhtrack.laws import LawError, law_in
+from nhtrack.laws import LawError, law_of_text
+from nhtrack.laws.own_file import read_source
 from nhtrack.recording.versions import versions
 
 _PACKAGE = Path(__file__).parents[1]
-_MOST_OF_LAW = 10**6  # bytes of its file
 _MOST_SENT = 5e7  # bytes of files: Ray's object stores are kept small
 
 
@@ -97,7 +96,7 @@ def ready(executor: Executor, folder: Path | None, *trees: Any) -> Executor:
     """
     if not executor.elsewhere:
         return executor
-    sources = tuple(sorted({source for tree in trees for source in sources_in(tree)}))
+    sources = sources_in(*trees)
     sent = _copies(sources)
     executor = executor if sent is None else _Sending(executor, sent)
     with nullcontext() if folder is None else made_folder(folder):  # which is no longer there where it is refused
@@ -148,18 +147,15 @@ def _facts(sources: tuple[str, ...]) -> _Facts:
 
 def _law_faults(source: str) -> Iterator[str]:
     """Yields why a law of the user's own cannot be used here, such as that what it imports is not installed."""
-    if _may_be_law(read_at(Path(source))):
+    try:
+        file, text = read_source(source)
+    except LawError:
+        return  # no text of a law's size, so no law
+    if "def command(" in text:
         try:
-            law_in(source)
+            law_of_text(file, text)
         except LawError as error:
             yield from str(error).splitlines()
-
-
-def _may_be_law(path: Path) -> bool:
-    try:
-        return "def command(" in read_text(path, _MOST_OF_LAW)
-    except TextError:
-        return False
 
 
 def _faults(here: _Facts, there: _Facts, sent: bool) -> Iterator[str]:

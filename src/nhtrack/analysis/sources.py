@@ -20,14 +20,15 @@ __all__ = ["files_read", "fingerprint", "is_file_name", "outline", "sources_in"]
 _COUNTS = ("nbody", "ngeom", "nmesh", "nmeshvert", "nmeshface", "ntex", "ntexdata", "nhfield", "nhfielddata")
 
 
-def sources_in(tree: Any) -> Iterator[str]:
-    """Yields what a plain tree names that runs read: files by their full paths, installed laws by their names."""
-    if isinstance(tree, Mapping):
-        for value in tree.values():
-            yield from sources_in(value)
-    elif isinstance(tree, list | tuple):
-        for value in tree:
-            yield from sources_in(value)
+def sources_in(*trees: Any) -> tuple[str, ...]:
+    """Returns what plain trees name that runs read, sorted: files by their full paths, installed laws by name."""
+    return tuple(sorted(set(_named(trees))))
+
+
+def _named(tree: Any) -> Iterator[str]:
+    if isinstance(tree, Mapping | list | tuple):
+        for value in tree.values() if isinstance(tree, Mapping) else tree:
+            yield from _named(value)
     elif isinstance(tree, str) and (_installed_law(tree) or (is_file_name(tree) and os.path.exists(tree))):
         yield tree
 

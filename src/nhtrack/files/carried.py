@@ -12,7 +12,7 @@ import tempfile
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from contextvars import ContextVar
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -23,8 +23,7 @@ from nhtrack.files.temporary import temporary_folder
 
 __all__ = ["Carried", "as_named", "carried", "read_at"]
 
-_root: ContextVar[Path | None] = ContextVar("root", default=None)  # of the copies that are read
-_names: ContextVar[frozenset[str]] = ContextVar("names", default=frozenset())  # of the files that they are copies of
+_read: ContextVar[tuple[Path, Carried] | None] = ContextVar("read", default=None)  # copies, and the folder they lie in
 
 
 @dataclass(frozen=True)
@@ -36,26 +35,17 @@ class Carried:
         identity: a hash of them.
     """
 
-    contents: Mapping[str, np.ndarray[Any, np.dtype[np.uint8]]]
+    contents: Mapping[str, np.ndarray[Any, np.dtype[np.uint8]]] = field(compare=False)
     identity: str
 
     @contextmanager
     def here(self) -> Iterator[None]:
         """Lets the copies be read within, in place of files of the same paths, be there such or not."""
-        root, names = _root.set(_unpacked(self)), _names.set(frozenset(self.contents))
+        before = _read.set((_unpacked(self), self))
         try:
             yield
         finally:
-            _root.reset(root)
-            _names.reset(names)
-
-    def __hash__(self) -> int:
-        """Returns the identity's hash."""
-        return hash(self.identity)
-
-    def __eq__(self, other: object) -> bool:
-        """Returns whether the copies are the same."""
-        return isinstance(other, Carried) and other.identity == self.identity
+            _read.reset(before)
 
 
 def carried(files: Iterable[Path]) -> Carried:
@@ -73,17 +63,18 @@ def carried(files: Iterable[Path]) -> Carried:
 
 def read_at(path: Path) -> Path:
     """Returns where a file or folder is to be read: at its copy where it was copied, else at the path itself."""
-    root, name = _root.get(), os.path.abspath(path)
-    if root is None:
+    if (read := _read.get()) is None:
         return path
+    root, files = read
+    name = os.path.abspath(path)
     copy = _copy_of(root, name)
-    return copy if name in _names.get() or copy.is_dir() else path
+    return copy if name in files.contents or copy.is_dir() else path
 
 
 def as_named(text: str) -> str:
     """Returns a message with the names of files in place of those of their copies."""
-    root = _root.get()
-    return text if root is None else text.replace(str(root), "")
+    read = _read.get()
+    return text if read is None else text.replace(str(read[0]), "")
 
 
 def _copy_of(root: Path, path: str) -> Path:
